@@ -198,7 +198,7 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     outcome = iterate_newton(sim, budget, allowed, once, conclude if ends_by_itself(sim) else None, starting=True)
     sim.concluded = outcome.concluded
     if sim.halving is not None:
-        sim.halving.look(outcome.carried)
+        sim.halving.grown = outcome.carried
     if once and not sim.concluded:
         if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)

@@ -9,7 +9,6 @@ each step, and the ones that follow are half as long, a quarter or an eighth, un
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -45,13 +44,14 @@ def growth_kernel(
 @dataclass
 class Halving:
     """Of the triangles at `rest`; `growth` (F,) float32, and `largest` (1,) float32, the largest of them in this step.
-    `most` of it makes steps shorter, of which each is now halved `times`."""
+    `most` of it makes steps shorter, of which each is now halved `times`; `grown` is it, as it was read."""
 
     rest: RestShape
     growth: wp.array
     largest: wp.array
     most: float
     times: int = 0
+    grown: float = 0.0
 
     @staticmethod
     def build(rest: RestShape, largest: wp.array, most: float) -> Halving:
@@ -64,12 +64,13 @@ class Halving:
         launch(growth_kernel, len(self.growth), inputs, [self.growth], device=x.device)
         find_largest_number(self.growth, self.largest)
 
-    def look(self, grown: float) -> None:
-        """The step has stretched a triangle by so much before it was solved."""
-        if grown > self.most:
-            self.times = min(MOST, self.times + math.ceil(math.log2(grown / self.most)))
-        elif grown < LITTLE * self.most:
+    def look(self) -> None:
+        """The step has stretched a triangle by `grown` before it was solved: how long is the next one?"""
+        if self.grown < LITTLE * self.most:
             self.times = max(0, self.times - 1)
+        while self.grown > self.most and self.times < MOST:
+            self.grown *= 0.5
+            self.times += 1
 
     def parts(self) -> Iterator[tuple[float, float]]:
         """Where the steps of an interval begin and how long they are, as shares of it, each as found best by then."""
@@ -78,5 +79,7 @@ class Halving:
             size = finest >> self.times
             while done % size:  # steps became longer half way to the end of one of these
                 size //= 2
+            self.grown = 0.0  # as of one that is passed over
             yield done / finest, size / finest
+            self.look()
             done += size

@@ -15,7 +15,7 @@ from tryon_solver.rebind import take_over, with_settings
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import build
-from tryon_solver.stepping.halve import MOST
+from tryon_solver.stepping.halve import MOST, Halving
 
 FPS = 30.0
 UP = np.array([0.0, 1.0, 0.0])
@@ -75,23 +75,41 @@ def test_what_carrying_adds_is_measured():
     assert watch.largest.numpy() == pytest.approx([0.6], rel=1e-5)
 
 
+def looked(watch, grown):
+    watch.grown = grown
+    watch.look()
+    return watch.times
+
+
 def test_steps_are_halved_as_often_as_what_is_added_asks_for():
     watch, _ = halving(0.5)
-    watch.look(0.5)
-    assert watch.times == 0
-    watch.look(0.51)
-    assert watch.times == 1
-    watch.look(0.13)  # twice as far it would be half of what is too much
-    assert watch.times == 1
-    watch.look(0.12)
-    assert watch.times == 0
-    watch.look(1.9)
-    assert watch.times == 2
-    watch.look(100.0)
-    assert watch.times == MOST
-    for _ in range(MOST + 1):
-        watch.look(0.0)
-    assert watch.times == 0
+    assert looked(watch, 0.5) == 0
+    assert looked(watch, 0.51) == 1
+    assert looked(watch, 0.13) == 1, "twice as far it would be half of what is too much"
+    assert looked(watch, 0.12) == 0
+    assert looked(watch, 1.9) == 2
+    assert looked(watch, 1e6) == MOST
+    assert [looked(watch, 0.0) for _ in range(MOST + 1)] == [2, 1, 0, 0]
+
+
+def test_the_least_bound_halves_as_often_as_can_be():
+    watch, _ = halving(5e-324)
+    assert looked(watch, 0.1) == MOST
+
+
+def test_a_step_is_looked_at_once_however_many_passes_it_takes():
+    garment, flat = sheet(5, 5, 0.2, 0.2)
+    scene = Scene(garment, flat + np.array([0, 0.004, 0]), rigid_body(*slab(0.5, 0.5, 0.05, 0.05)), fabric(), WORN)
+    sim = build(scene, replace(PRESETS["draft"], contact_passes=5), "cpu", STILL)
+    looks, look = [], Halving.look
+
+    def counted(watch):
+        looks.append(watch.grown)
+        look(watch)
+
+    sim.halving.look = counted.__get__(sim.halving)
+    steps = sum(sim.advance(STILL, (k + 1) / FPS).steps for k in range(4))
+    assert len(looks) == steps
 
 
 def test_none_leaves_steps_as_they_are():
@@ -163,7 +181,7 @@ def test_what_takes_over_goes_on_with_halved_steps():
     garment, flat = sheet(5, 5, 0.2, 0.2)
     scene = Scene(garment, flat + np.array([0, 0.01, 0]), rigid_body(*slab(0.5, 0.5, 0.05, 0.05)), fabric(), WORN)
     worn = build(scene, PRESETS["draft"], "cpu", STILL)
-    worn.halving.look(100.0)
+    looked(worn.halving, 100.0)
     assert worn.advance(STILL, 1 / FPS).steps > 1
     worn.halving.times = 2
     (other,) = (made for made in with_settings(worn, PRESETS["live"]) if made is not None)
@@ -180,9 +198,9 @@ def test_who_is_put_elsewhere_begins_with_whole_steps():
     x = flat + np.array([0, 0.01, 0])
     body = rigid_body(*slab(0.5, 0.5, 0.05, 0.05))
     sim = build(Scene(garment, x, body, fabric(), WORN), PRESETS["draft"], "cpu", STILL)
-    sim.halving.look(100.0)
+    looked(sim.halving, 100.0)
     assert sim.advance(STILL, 1 / FPS).steps > 1
-    sim.halving.look(100.0)
+    looked(sim.halving, 100.0)
     sim.start_at(x, body.surface(STILL), STILL)
     assert sim.advance(STILL, 2 / FPS).steps == 1
 
