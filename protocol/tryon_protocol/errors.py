@@ -4,6 +4,7 @@ from __future__ import annotations
 
 ERROR_CODES = frozenset(
     {
+        "caught",
         "contorted",
         "edit_not_kept",
         "outfit_refused",

@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from tryon_server.runtime import caught
 from tryon_server.runtime.beside import Beside
-from tryon_server.runtime.drape import Drape, Stance
+from tryon_server.runtime.drape import Drape, Stance, StepFacts
 from tryon_server.runtime.held_edits import HeldEdits
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.outfitting import Outfitting, as_edited
@@ -43,6 +44,7 @@ class OutfitWorker:
     _remaking: Remaking
     _outfitting: Outfitting
     _beside: Beside
+    _caught: caught.CaughtWatch
     _held_edits: HeldEdits
     _held: bool
     _held_last: ChangePattern | None
@@ -100,6 +102,8 @@ class OutfitWorker:
     def _change_outfit(self, command: ChangeOutfit) -> None:
         """Begin to make another outfit, or edit another garment of this one."""
         try:
+            if self._outfitting.relieves:
+                self._outfitting.give_up()  # nobody asked for that
             if self._drape is None or self._remaking.under_way or self._outfitting.under_way:
                 what = "the garment is not dressed" if self._drape is None else "another change is being made"
                 raise EditError(what, "garments", "Try again once it is worn")
@@ -137,10 +141,13 @@ class OutfitWorker:
             if remade is not None and remade.meanwhile:
                 self._wear_meanwhile(remade.drape)
             elif remade is not None:
+                relieves = self._outfitting.relieves
                 self._wear_outfit(remade)
                 self._go_on_with_effects()  # whoever is told that it is worn may ask for them at once
-                fabric = self._order.drape.of_edited.fabric
-                self._tell(FabricWorn(fabric) if ticket is None else OutfitWorn(ticket, self._outfitting.again))
+                if ticket is not None:
+                    self._tell(OutfitWorn(ticket, self._outfitting.again))
+                elif not relieves:
+                    self._tell(FabricWorn(self._order.drape.of_edited.fabric))
         except EditError as error:
             self._refuse_outfit(ticket, error)
         except Exception as error:
@@ -156,9 +163,14 @@ class OutfitWorker:
 
     def _refuse_outfit(self, ticket: int | None, error: EditError) -> None:
         """What is worn is worn on."""
+        relieves = self._outfitting.relieves
         self._outfitting.give_up()
         self._tell(PhaseChanged("ready", "Dressed", None, *self._worn))
-        self._tell_refusal(ticket, error)
+        if relieves:
+            what = f"The garment is worn on as it is: {error.message.rstrip('.')}."
+            self._tell(Troubled("caught", "$", what, f"{error.remedy.rstrip('.')}."))
+        else:
+            self._tell_refusal(ticket, error)
 
     def _tell_refusal(self, ticket: int | None, error: EditError) -> None:
         """Of another outfit, or of another fabric for a mesh, for which no ticket waits."""
@@ -178,6 +190,17 @@ class OutfitWorker:
             self._tell_refusal(None, busy)
             return
         self._outfitting.begin_of(self._ordered(), fabric)
+
+    def _see_caught(self, facts: StepFacts, seconds: float) -> None:
+        """Have what is worn put on anew, while it is worn on, where frames say that it is caught for good."""
+        if not self._caught.see(facts.max_stretch, facts.body_lag, seconds):
+            return
+        if self._drape is None or self._remaking.under_way or self._outfitting.under_way or self._held_edits.under_way:
+            return  # it is seen in the next frame, too
+        self._caught.relieved()
+        self._outfitting.begin_again(self._drape, self._ordered())
+        what, remedy = caught.told(facts.max_stretch, facts.body_lag)
+        self._tell(Troubled("caught", "$", what, remedy))
 
     def _stance_now(self) -> Stance:
         """Where the body of what is worn is."""

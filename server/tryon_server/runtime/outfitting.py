@@ -41,6 +41,7 @@ class Outfitting:
     Attributes:
         again: names of what is taken off for it, and put on again with it.
         bared: is something of that off?
+        relieves: is it what is worn already, put on anew since it is caught? Nobody asked for that.
     """
 
     def __init__(self, beside: Beside, build: BuildDrape) -> None:
@@ -52,7 +53,7 @@ class Outfitting:
         self.order: DrapeOrder | None = None
         self.ticket: int | None = None
         self.again: tuple[str, ...] = ()
-        self.bared = False
+        self.bared = self.relieves = False
 
     @property
     def under_way(self) -> bool:
@@ -69,7 +70,7 @@ class Outfitting:
         sized = {one.worn_as: drape.size_of(one.worn_as) for one in worn.garments}
         garments = tuple(replace(one, size=sized.get(one.worn_as) or one.size) for one in command.order)
         self.order = as_edited(worn.wearing(garments, command.edited), histories)
-        self.ticket = command.ticket
+        self.ticket, self.relieves = command.ticket, False
         left = tuple(one.name for one in command.items)
         gone = [name for name in drape.names if name not in left]
         self.again, self.bared = taken_off_for(drape.names, left), False
@@ -84,16 +85,26 @@ class Outfitting:
         of this fabric. No ticket waits for it."""
         own = worn.of_edited
         garments = tuple(replace(one, fabric=fabric) if one == own else one for one in worn.garments)
-        self.order, self.ticket, self._anew = worn.wearing(garments, worn.edited), None, True
+        self._begin_anew(worn.wearing(garments, worn.edited))
+
+    def begin_again(self, drape: Drape, worn: DrapeOrder) -> None:
+        """Dress the drape, which was ordered as `worn`, anew while it is worn, all of it in its size: it is caught. No
+        ticket waits for it."""
+        garments = tuple(replace(one, size=drape.size_of(one.worn_as) or one.size) for one in worn.garments)
+        self._begin_anew(worn.wearing(garments, worn.edited))
+        self.relieves = True
+
+    def _begin_anew(self, order: DrapeOrder) -> None:
+        self.order, self.ticket, self._anew, self.relieves = order, None, True, False
         self.again, self.bared = (), False
-        self._beside.begin(Dressing(self._build, self.order))
+        self._beside.begin(Dressing(self._build, order))
 
     def give_up(self) -> None:
         """Nobody waits for it any more."""
         if self.under_way and self._anew:
             self._beside.give_up()
         self.order = self._parts = self._catching_up = None
-        self.bared = False
+        self.bared = self.relieves = False
 
     def news(self) -> Told | None:
         """What is being done for it, where that has changed."""

@@ -19,6 +19,7 @@ from tryon_protocol import ProtocolError
 from tryon_server.problems import ProblemError
 from tryon_server.runtime.arming import Armoury
 from tryon_server.runtime.beside import Beside
+from tryon_server.runtime.caught import CaughtWatch
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.effect_desk import EffectDesk
@@ -115,6 +116,7 @@ class Worker(PatternWorker):
         self._effects = EffectDesk(self._tell, armoury, clock, order.effects)
         self._presets = PresetDesk(self._tell, clock, self._solved_otherwise)
         self._outfitting = Outfitting(beside, build)
+        self._caught = CaughtWatch()
         self._waiting, self._later = WaitingChanges(), []
         self._told = (), 0.0
         self._remade_pattern: Mapping[str, Any] = {}  # the pattern of what is being made, or was last
@@ -320,6 +322,7 @@ class Worker(PatternWorker):
         self._publisher.show(move)
         self._cost = self._clock() - begun
         self._solved = (facts, move, 1e3 * self._cost)
+        self._see_caught(facts, move.dt)
         return True
 
     def _count_failure(self, what: str) -> bool:
