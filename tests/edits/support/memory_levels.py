@@ -9,6 +9,7 @@ import queue
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from edit_case import DEMO, MIXED, mean_edge
@@ -29,7 +30,7 @@ from tryon_solver.redesign.fabrics import made_of
 DEEPEST = 6  # edits that are made before any is taken back for certain
 MEMORY = 32 * 2**30  # bytes that the session may take
 DRESSED = 600.0  # s in which the garment has to be dressed, and as long a change may take
-PARTS = 10  # of the changes, of each of which the most is told
+PARTS = 10  # of the changes, of each of which the levels are told
 TELL_EVERY = 50  # edits
 
 
@@ -121,10 +122,11 @@ def table(made: Mapping[str, Any]) -> str:
         f"again between them, {r['changes']} changes, {r['meshes']} of them other meshes, in {r['minutes']} minutes; "
         f"{r['refused']} were refused. {r['grown'] or 'It comes back to its level'}.",
         "",
-        row(["after changes", "most taken among them [MB]"]),
-        row(["---", "---"]),
+        row(["after changes", "least taken among them [MB]", "median", "most"]),
+        row(["---"] * 4),
     ]
     for begin in range(0, len(taken), size):
         part = taken[begin : begin + size]
-        lines.append(row([f"{begin + 1} to {begin + len(part)}", f"{max(part) / 1e6:.0f}"]))
+        levels = (f"{taken_so / 1e6:.0f}" for taken_so in (min(part), median(part), max(part)))
+        lines.append(row([f"{begin + 1} to {begin + len(part)}", *levels]))
     return "\n".join([*lines, ""])
