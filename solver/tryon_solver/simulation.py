@@ -257,8 +257,8 @@ class Simulation:
     def use_time_step(self, dt: float, whole: float | None = None) -> None:
         """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave.
 
-        Of a step that is a part of `whole` s it is that one's: the search needs as many iterations with it, and none
-        waits for another to be made.
+        Of a step that is a part of `whole` s it is that one's: the search needs about as many iterations with it, and
+        none waits for another to be made.
         """
         whole = dt if whole is None else whole
         if abs(dt - self.dt) >= SAME_STEP:

@@ -103,6 +103,15 @@ def test_another_outfit_that_is_asked_for_meanwhile_goes_first():
     assert frames(connection)[-1].topology_id == 2
 
 
+def test_where_another_garment_is_only_edited_meanwhile_it_is_seen_again():
+    """Nothing else is put on: it is still caught, and a second later it is put on anew after all."""
+    items = (WornItem("", "tube", "cotton", 1.0, 1),)
+    connection = worn(Built(), (1.3, ChangeOutfit(7, items, "", (GarmentOrder("", Path("pattern.json"), "cotton"),))))
+    assert [event.ticket for event in events(connection, OutfitWorn)] == [7]
+    assert [event.code for event in events(connection, Troubled)] == ["caught", "caught"]
+    assert frames(connection)[-1].topology_id == 2
+
+
 def test_an_edit_that_is_asked_for_meanwhile_is_made_of_what_is_put_on():
     connection = worn(Built(), (1.3, ChangePattern("edit", 3, WIDER)))
     (made,) = events(connection, EditMade)

@@ -103,7 +103,8 @@ class OutfitWorker:
         """Begin to make another outfit, or edit another garment of this one."""
         try:
             if self._outfitting.relieves:
-                self._outfitting.give_up()  # nobody asked for that
+                self._outfitting.give_up()  # nobody asked for that; who is still caught is seen again
+                self._caught = caught.CaughtWatch()
             if self._drape is None or self._remaking.under_way or self._outfitting.under_way:
                 what = "the garment is not dressed" if self._drape is None else "another change is being made"
                 raise EditError(what, "garments", "Try again once it is worn")

@@ -16,7 +16,7 @@ from edit_case import DEMO, MIXED, mean_edge
 from edit_steps import EditSteps
 from edit_table import row
 from edited_session import ALL, KEYFRAME_SECONDS
-from levels import grown
+from levels import GROWTH, grown
 
 from tryon_server.runtime.local_processes import LocalProcess, LocalProcesses
 from tryon_server.runtime.memory import own_bytes
@@ -30,6 +30,7 @@ from tryon_solver.redesign.fabrics import made_of
 DEEPEST = 6  # edits that are made before any is taken back for certain
 MEMORY = 32 * 2**30  # bytes that the session may take
 DRESSED = 600.0  # s in which the garment has to be dressed, and as long a change may take
+KEPT = f"The last tenth's most is no more than {GROWTH:g} times that of the first three"
 PARTS = 10  # of the changes, of each of which the levels are told
 TELL_EVERY = 50  # edits
 
@@ -120,7 +121,8 @@ def table(made: Mapping[str, Any]) -> str:
         f"Commit {about['commit']}; {about['machine']}; preset {about['preset']}. A walking T-shirt of about "
         f"{r['vertices']} vertices in a session's own processes: {r['edits']} edits and what was taken back and made "
         f"again between them, {r['changes']} changes, {r['meshes']} of them other meshes, in {r['minutes']} minutes; "
-        f"{r['refused']} were refused. {r['grown'] or 'It comes back to its level'}.",
+        f"{r['refused']} were refused (`tests/edits --levels {r['edits']} --vertices {r['vertices']}`). "
+        f"{r['grown'] or KEPT}.",
         "",
         row(["after changes", "least taken among them [MB]", "median", "most"]),
         row(["---"] * 4),
