@@ -86,8 +86,8 @@ def test_the_page_tells_errors_and_that_all_holds(tmp_path, capsys):
     said = page.read_text()
     for line in (
         "| skirt, walk, 1/60 s (held out) | draft | 2 of 20 | 0.9 / 0.98 / 1 |",
-        "| draft | live | 1 | x2 | x2.9 | - | /6 |",
-        "| Newton 1 x 60 | Newton 2 x 60 | 1 | x2 | - | - | /2 |",
+        "| draft | live | 1 | x2 | x2.9 | /6 | 0 | - | - | - |",
+        "| Newton 1 x 60 | Newton 2 x 60 | 1 | x2 | - | /2 | 0 | - | - | - |",
         "| skirt, walk, 1/60 s | 60 % | 5 % | 10 | 0.15 | 0 of 2 | 5 | 2 | 2 of 2 |",
         "| skirt, walk, 1/60 s | XPBD: XPBD, 5 iterations | 2 | 80 | 4 | 0 of 2 | 0.001 | 3 | yes |",
         "| skirt, walk, 1/60 s | draft | 7.5 | - |",
@@ -130,12 +130,14 @@ def test_the_page_opens_with_a_row_for_each_promise_and_plots_are_before_the_tab
 def test_states_without_a_step_of_the_reference_are_told(tmp_path):
     """Numbered from 1 on."""
     case = AccuracyCase("skirt", "walk", 1 / 60, held_out=True, states=5)
-    kept = [row for row in rows("draft", *[(1.0, 1.0)] * 5) if row["state"] in (1, 3, 4)]
+    kept = [row for row in rows("draft", *[(1.0, 1.0)] * 5) if row["state"] in (1, 3)]
     put(tmp_path, "presets", {"draft": (about(), kept)}, case=case)
     write_page(tmp_path / "page.md", tmp_path)
     said = (tmp_path / "page.md").read_text()
-    assert "| skirt, walk, 1/60 s (held out) | draft | 3 of 5 |" in said
-    assert "- Left out are these states, of 5 in all:\n  - skirt, walk, 1/60 s, 2 of 5: 2, 5 (at its end)\n" in said
+    assert "| skirt, walk, 1/60 s (held out) | draft | 2 of 5 |" in said
+    assert (
+        "- Left out are these states, of 5 in all:\n  - skirt, walk, 1/60 s, 3 of 5: 2, 4 to 5 (at its end)\n" in said
+    )
 
 
 @pytest.mark.parametrize(("error", "named"), [(4.9, True), (5.1, False)])
@@ -157,7 +159,7 @@ def test_errors_that_nobody_asks_to_be_smaller_are_alike(tmp_path):
 
 def test_a_step_in_another_fold_is_told_by_its_own_balance(tmp_path):
     put_presets(tmp_path, ((1.0, 1.0), (1.0, 1.0)), ((0.9, 0.1), (0.2, 0.2)))
-    (path,) = tmp_path.glob("*presets.jsonl")
+    (path,) = tmp_path.glob("*presets-cpu.jsonl")
     path.write_text(path.read_text().replace('"estimate": 0.1,', '"estimate": 0.1, "own_balance": 0.08,'))
     write_page(tmp_path / "page.md", tmp_path)
     said = (tmp_path / "page.md").read_text()
@@ -193,6 +195,13 @@ def test_what_has_no_figure_is_listed_and_what_has_one_is_not(tmp_path):
     put(tmp_path, "trial", trial, case=layered, device="cuda:0")
     said = not_measured(read_results(tmp_path), [])
     assert not any(line.startswith(("Errors of single steps", "Newton's VBD and Style3D of skirt")) for line in said)
+    assert said[0] == "On a GPU, of single steps: presets, peers: all of these are of the CPU."
+    put(tmp_path, "presets", {"draft": (about(), rows("draft", (1.0, 1.0)))}, case=layered, device="cuda:0")
+    put(tmp_path, "presets", {"draft": (about(), rows("draft", (1.0, 1.0)))}, case=layered)
+    assert not_measured(read_results(tmp_path), [])[:2] == [
+        "On a GPU, of single steps: presets in 1 of 2 scenes (as `--families` names them).",
+        "On a GPU, of single steps: peers: all of these are of the CPU.",
+    ]
     peers = [line for line in said if line.startswith("Newton's")]
     assert [line.partition("layer is sewn")[0] for line in peers] == [
         "Newton's VBD and Style3D of the layered skirt: its ",

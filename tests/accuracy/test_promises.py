@@ -57,7 +57,7 @@ def test_times_along_the_presets_are_in_order_too_and_errors_over_all_steps_are_
         ((1.0, 1.0),) * 3,
         ((0.1, 0.1), (0.1, 0.1), (9.0, 9.0)),
     )
-    (path,) = tmp_path.glob("*presets.jsonl")
+    (path,) = tmp_path.glob("*presets-cpu.jsonl")
     path.write_text(path.read_text().replace('"ms": 50.0', '"ms": 9.0'))
     chapter = order_chapter(read_results(tmp_path))
     assert [verdict.holds for verdict in chapter.verdicts] == ["yes", "no"]
@@ -94,6 +94,22 @@ def test_a_preset_that_claims_newtons_accuracy_is_held_to_it(tmp_path):
     assert chapter.told[-1] == "| skirt, walk, 1/60 s | 0.0569 | 2 of 3 | 1 | 1 |"
 
 
+def test_steps_on_a_gpu_are_counted_beside_those_of_the_cpu(tmp_path):
+    put_presets(tmp_path, ((1.0, 1.2), (0.8, 0.5)), ((0.1, 0.1), (0.2, 0.3)))
+    put_presets(tmp_path, ((1.0, 9.0), (0.8, 0.5)), ((0.1, 0.9), (0.2, 0.3)), device="cuda:0")
+    found = read_results(tmp_path)
+    twice, _ = estimate_chapter(found).verdicts
+    assert twice.measured == "100.0 % (100.0) of 4 at presets; 50.0 % (50.0) of 4 at presets on a GPU"
+    assert twice.holds == "in part"
+    (agrees,) = reference_chapter(found).verdicts
+    same = "1 of 1 cases in steps of 1/60 s"
+    assert agrees.measured == f"{same}; {same}, on a GPU; the furthest is 0.001 mm off"
+    write_page(tmp_path / "page.md", tmp_path)
+    said = (tmp_path / "page.md").read_text()
+    assert "| skirt, walk, 1/60 s, on a GPU (held out) | draft | 2 of 20 |" in said
+    assert "| draft | live | 1 | x2 | - | /6 | 1 | x2 | - | /6 |" in said
+
+
 def test_a_front_is_lost_to_one_solver_and_not_to_the_others(tmp_path):
     put_presets(tmp_path, ((1.0, 1.0), (1.0, 1.0)), ((0.3, 0.3), (0.3, 0.3)))
     others = {
@@ -106,7 +122,7 @@ def test_a_front_is_lost_to_one_solver_and_not_to_the_others(tmp_path):
     chapter = fronts_chapter(read_results(tmp_path))
     (verdict,) = chapter.verdicts
     assert verdict.holds == "in part"
-    assert verdict.measured == "XPBD in 1 of 1 scenes; Newton's Style3D in 0 of 1 scenes"
+    assert verdict.measured == "on the CPU: XPBD in 1 of 1 scenes; Newton's Style3D in 0 of 1 scenes"
     assert chapter.told[0].startswith("Beyond ours: Newton's Style3D, with 5 iterations, 1 in all.")
     assert "2 of their 2 ends cross" in chapter.told[0]
     assert any("That takes no less than theirs in 1 of 1." in line for line in chapter.told)

@@ -30,8 +30,17 @@ class Measured:
     @property
     def name(self) -> str:
         """In words."""
-        on = "" if self.device == CPU else f", {self.device}"
-        return f"{self.case.scene}, 1/{1 / self.case.dt:.0f} s{on}"
+        return f"{self.case.scene}, {self.step}"
+
+    @property
+    def step(self) -> str:
+        """Its length, and where it is taken if that is not the CPU."""
+        return f"1/{1 / self.case.dt:.0f} s" + ", on a GPU" * self.on_gpu
+
+    @property
+    def on_gpu(self) -> bool:
+        """Are our steps taken there?"""
+        return self.device != CPU
 
     @property
     def place(self) -> str:

@@ -46,9 +46,9 @@ def dialled(measured: Measured, from_draft: bool) -> dict[float, list[Row]]:
     return {at[name]["accuracy"]: [row for row in measured.rows[name] if row["error"] is not None] for name in asked}
 
 
-def dialled_steps(cases: Sequence[Measured], begun_with: str, held_out: bool) -> list[Row]:
-    """All such steps on the CPU, whatever they were asked for, of what was held out or of the rest."""
-    of = [measured for measured in cases if (measured.case.held_out, measured.device) == (held_out, CPU)]
+def dialled_steps(cases: Sequence[Measured], begun_with: str, held_out: bool, on_gpu: bool = False) -> list[Row]:
+    """All such steps on the CPU, or on a GPU, whatever they were asked for, of what was held out or of the rest."""
+    of = [measured for measured in cases if (measured.case.held_out, measured.on_gpu) == (held_out, on_gpu)]
     return [row for m in of for steps in dialled(m, begun_with == "draft").values() for row in steps]
 
 

@@ -39,12 +39,22 @@ ALWAYS = [
 
 def on_a_gpu(found: Found) -> list[str]:
     """Single steps on a GPU."""
-    if any(measured.device != CPU for measured in found.errors):
-        return []
-    return [
-        "Errors of single steps on a GPU, and so Pareto plots of it: errors are of the CPU, and of a GPU there are "
-        "times at a garment's scale, beside the errors that the same settings have on the CPU, and deadlines."
-    ]
+    there = [measured for measured in found.errors if measured.on_gpu]
+    if not there:
+        return [
+            "Errors of single steps on a GPU, and so Pareto plots of it: errors are of the CPU, and of a GPU there are "
+            "times at a garment's scale, beside the errors that the same settings have on the CPU, and deadlines."
+        ]
+    here = [measured for measured in found.errors if not measured.on_gpu]
+    families = dict.fromkeys(family for measured in here for family in measured.family.values())
+    scenes_of = {
+        family: [{m.case.scene for m in of if family in m.family.values()} for of in (there, here)]
+        for family in families
+    }
+    some = [f"{family} in {len(on)} of {len(of)} scenes" for family, (on, of) in scenes_of.items() if on and on < of]
+    none = [family for family, (on, _) in scenes_of.items() if not on]
+    said = [f"On a GPU, of single steps: {', '.join(some)} (as `--families` names them)."] if some else []
+    return said + ([f"On a GPU, of single steps: {', '.join(none)}: all of these are of the CPU."] if none else [])
 
 
 def peers_gone(swept: Sequence[Measured]) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from accuracy_case import takes_such_steps
-from accuracy_data import CPU, Found, Measured, Row
+from accuracy_data import Found, Measured, Row
 from methods import TITLES
 
 WITHIN = ((2.0, 0.8), (4.0, 0.99))  # times the true error, and for which share of the steps of what was held out
@@ -28,12 +28,12 @@ def is_within(row: Row, times: float, negligible: float = NEGLIGIBLE) -> bool:
     return max(error, estimate) <= negligible or error / times <= estimate <= error * times
 
 
-def preset_rows(found: Found, held_out: bool | None = None) -> list[tuple[Measured, str, Row]]:
-    """All steps on the CPU at presets whose own are no shorter, of what was held out or not, or of all."""
+def preset_rows(found: Found, held_out: bool | None = None, on_gpu: bool = False) -> list[tuple[Measured, str, Row]]:
+    """All steps on the CPU, or on a GPU, at presets whose own are no shorter; of what was held out or not, or both."""
     return [
         (measured, name, row)
         for measured in found.presets
-        if measured.device == CPU and (held_out is None or measured.case.held_out == held_out)
+        if measured.on_gpu == on_gpu and (held_out is None or measured.case.held_out == held_out)
         for name in measured.presets
         if takes_such_steps(name, measured.case.dt)
         for row in measured.rows[name]

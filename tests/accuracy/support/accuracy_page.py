@@ -123,7 +123,7 @@ PROMISES_SAID = [
 PREFACE = [
     "Written by `python tests/accuracy --document`; nothing here is typed by hand. Each solver takes one step from",
     "each of the states that a float64 Newton IPC reference goes through in a garment's motion, and is held to where",
-    "the reference is after the same step. Names of scenes that end in a device are of steps taken there; the others,",
+    "the reference is after the same step. Scenes with `on a GPU` in their names are of steps taken there; the others,",
     "and the reference, are of the CPU. Times of single steps are of small garments, on a CPU in processor time of all",
     "threads, but by the clock in runs before aa0d95dd, as on a GPU; they compare within a case. Times at a garment's",
     "scale are measured apart.",

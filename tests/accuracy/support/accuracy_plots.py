@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from accuracy_data import Found, Measured, front
+from accuracy_data import CPU, Found, Measured, front
 from methods import TITLES
 from svg import Line, line_chart
 
@@ -41,7 +41,8 @@ def plots(found: Found) -> dict[str, tuple[str, str]]:
     for device in dict.fromkeys(times.device for times in found.times):
         lines = scale_lines(found, device)
         if lines:
-            said = f"Error of a step at 600 vertices against its time at a garment's scale: {device}"
+            where = "CPU" if device == CPU else "GPU"
+            said = f"Error of a step at 600 vertices against its time at a garment's scale: {where}"
             drawn[f"scale-{device.replace(':', '')}.svg"] = said, line_chart(said, "ms", "mm", lines)
     return drawn
 
@@ -117,7 +118,7 @@ def at_scale(found: Found, times: Measured) -> dict[str, tuple[float, float]]:
     case = times.case
     for errors in found.errors:
         same = [getattr(errors.case, k) == getattr(case, k) for k in ("garment", "motion", "dt", "size", "fabric")]
-        if all(same) and errors.device == "cpu":
+        if all(same) and errors.device == CPU:
             names = [name for name in errors.of_solver("ours") if name in times.rows]
             return {name: (scale_ms(times, name), errors.median(name, "error")) for name in names}
     return {}

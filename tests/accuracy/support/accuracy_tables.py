@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from accuracy_data import Found, Measured, Row, digits, front, geometric_mean, ratios, table
+from accuracy_data import CPU, Found, Measured, Row, digits, front, geometric_mean, ratios, table
 from accuracy_limits import OTHERS, WITHIN, beyond_ours, title, within
 from accuracy_plots import CHAINS, at_scale, chain, scale_ms
 
@@ -63,10 +63,18 @@ def left_out_lines(found: Found) -> list[str]:
         there = set.union(*map(measured.states, measured.presets))
         gone = sorted(set(range(1, measured.case.states + 1)) - there)
         if gone:
-            numbers = ", ".join(f"{state}{' (at its end)' * (state > max(there))}" for state in gone)
-            said.append(f"  - {measured.name}, {len(gone)} of {measured.case.states}: {numbers}")
+            end = max(there)
+            numbers = [str(state) for state in gone if state < end]
+            if end < measured.case.states:
+                numbers.append(f"{spanned(end + 1, measured.case.states)} (at its end)")
+            said.append(f"  - {measured.name}, {len(gone)} of {measured.case.states}: {', '.join(numbers)}")
     whole = f"- Left out are these states, of {sum(m.case.states for m in found.presets)} in all:"
     return [whole, *said] if said else []
+
+
+def spanned(first: int, last: int) -> str:
+    """Numbers that follow each other."""
+    return str(first) if first == last else f"{first} to {last}"
 
 
 def median(rows: Sequence[Row], figure: str) -> float:
@@ -88,15 +96,25 @@ def price_table(found: Found) -> list[str]:
                 if solver in ("ours", "trial") and varied in CHAIN_STEPS:
                     groups.setdefault((one, other), []).append(measured)
     for (one, other), cases in groups.items():
-        time = ratios(cases, one, other, lambda m, name: m.median(name, "ms"))
-        error = ratios(cases, one, other, lambda m, name: m.median(name, "error"))
-        if time and error:
-            scales = [scale_ratio(found, device, one, other) for device in ("cpu", "cuda:0")]
-            cells = [f"x{digits(ratio, 2)}" if ratio else "-" for ratio in scales]
-            said = f"/{digits(1 / geometric_mean(error), 2)}"
-            rows.append((one, other, len(time), f"x{digits(geometric_mean(time), 2)}", *cells, said))
-    head = ("from", "to", "cases", "time, small", "time at scale, CPU", "time at scale, GPU", "error")
+        cells: list[object] = []
+        for on_gpu in (False, True):
+            of = [measured for measured in cases if measured.on_gpu == on_gpu]
+            time = ratios(of, one, other, lambda m, name: m.median(name, "ms"))
+            error = ratios(of, one, other, lambda m, name: m.median(name, "error"))
+            cells += [len(of), times_said(geometric_mean(time) if time else None)]
+            cells.append(times_said(scale_ratio(found, "cuda:0" if on_gpu else CPU, one, other)))
+            cells.append(f"/{digits(1 / geometric_mean(error), 2)}" if error else "-")
+        if any(str(cell).startswith("/") for cell in cells):
+            rows.append((one, other, *cells))
+    head = ["from", "to"]
+    for where in ("CPU", "GPU"):
+        head += [f"cases, {where}", f"time, small, {where}", f"time at scale, {where}", f"error, {where}"]
     return table(head, rows)
+
+
+def times_said(ratio: float | None) -> str:
+    """A ratio of times; a dash for none."""
+    return f"x{digits(ratio, 2)}" if ratio else "-"
 
 
 def scale_ratio(found: Found, device: str, one: str, other: str) -> float | None:

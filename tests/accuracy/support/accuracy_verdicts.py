@@ -36,8 +36,11 @@ def error_chapters(found: Found) -> list[Chapter]:
 
 def estimate_chapter(found: Found) -> Chapter:
     """The estimate, on what was held out: at presets, and of the dial."""
-    of = {"at presets": [row for _, _, row in preset_rows(found, held_out=True)]}
-    of |= {f"dialled at `{name}`": dialled_steps(found.errors, name, held_out=True) for name in BEGUN_WITH}
+    of: dict[str, list[Row]] = {}
+    for on_gpu, where in ((False, ""), (True, " on a GPU")):
+        of["at presets" + where] = [row for _, _, row in preset_rows(found, True, on_gpu)]
+        for name in BEGUN_WITH:
+            of[f"dialled at `{name}`{where}"] = dialled_steps(found.errors, name, True, on_gpu)
     of = {said: rows for said, rows in of.items() if rows}
     verdicts = []
     for times, share in WITHIN:
@@ -174,7 +177,7 @@ def reference_chapter(found: Found) -> Chapter:
         return Chapter("Preset `reference`", [Verdict(promise, "not measured", [False])], [])
     agree = {}
     for measured, _, off in cases:
-        agree.setdefault(f"1/{1 / measured.case.dt:.0f} s", []).append(off <= AGREEMENT)
+        agree.setdefault(measured.step, []).append(off <= AGREEMENT)
     counts = "; ".join(f"{sum(held)} of {len(held)} cases in steps of {step}" for step, held in agree.items())
     furthest = max(off for _, _, off in cases)
     parts = [held for of in agree.values() for held in of]
@@ -206,13 +209,16 @@ def fronts_chapter(found: Found) -> Chapter:
     lost = [(measured, *beyond) for measured in found.errors for beyond in beyond_ours(measured)]
     beaten = {(m.name, m.about[name]["solver"]) for m, name, *_ in lost}
     fronts: dict[str, list[bool]] = {}
+    places: set[bool] = set()
     for solver in OTHERS:
         for measured in found.errors:
             if measured.of_solver(solver) and measured.of_solver("ours"):
                 fronts.setdefault(TITLES[solver], []).append((measured.name, solver) not in beaten)
+                places.add(measured.on_gpu)
     verdict = Verdict(
         f"ours is on or below every other solver's Pareto front for errors of a step under {JUDGED:g} mm",
-        "; ".join(f"{title} in {sum(held)} of {len(held)} scenes" for title, held in fronts.items()),
+        "on the CPU: " * (places == {False})
+        + "; ".join(f"{title} in {sum(held)} of {len(held)} scenes" for title, held in fronts.items()),
         [held for of in fronts.values() for held in of],
     )
     return Chapter("Fronts", [verdict], fronts_told(lost) if lost else [])

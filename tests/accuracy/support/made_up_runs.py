@@ -54,7 +54,7 @@ def put(
         "device": device,
         "methods": {name: about for name, (about, _) in methods.items()},
     }
-    writer = Writer(folder / f"{case.name}-{family}.jsonl", head)
+    writer = Writer(folder / f"{case.name}-{family}-{device.replace(':', '')}.jsonl", head)
     for _, of in methods.values():
         writer.add(of)
 
