@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.results import Counters
+
+if TYPE_CHECKING:
+    from tryon_solver.settings import Settings
 
 STRETCH_MOST = 1.02  # of the fabric's limit, for all but OVERSTRETCHED of the triangles
 OVERSTRETCHED = 1e-3
@@ -67,9 +71,11 @@ def heavy(acceleration: np.ndarray) -> bool:
     return float(np.linalg.norm(acceleration)) > HEAVY
 
 
-def unmet(accuracy: float | None, error: float, late: float, deadline: float | None = None) -> str:
-    """What was asked for of a step and not had: `late` [s] by which the deadline was missed, and `error` [m] as
-    estimated where `accuracy` [m] was to be come to, whatever it takes or before the `deadline` [s]."""
+def unmet(settings: Settings, error: float, late: float, residual: float = 0.0) -> str:
+    """What was asked for of a step and not had: `late` [s] by which the deadline was missed, `error` [m] as estimated
+    where an accuracy was to be come to, whatever it takes or before the deadline, and `residual` [m/s] where passes
+    were to go on until it is that of the settings."""
+    accuracy, deadline = settings.accuracy, settings.deadline
     if late:
         return f"the deadline was missed by {1e3 * late:.1f} ms: allow more time, or choose a coarser mesh"
     if accuracy is not None and error > FAR * accuracy:
@@ -78,6 +84,11 @@ def unmet(accuracy: float | None, error: float, late: float, deadline: float | N
         if deadline is not None:
             wanted, nearer = f"{wanted} in {1e3 * deadline:.3g} ms", f"more time, {nearer}"
         return f"{wanted}, it is {1e3 * error:.2g} mm: {nearer}"
+    if settings.contact_passes > 1 and settings.ends_by_budget and residual > settings.correction_tolerance:
+        return (
+            f"{settings.contact_passes} passes did not converge: Newton's ways are {residual:.2g} m/s long yet, and "
+            f"the estimated error is {1e3 * error:.2g} mm: shorter steps or a slower motion come nearer"
+        )
     return ""
 
 

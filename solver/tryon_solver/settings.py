@@ -106,7 +106,8 @@ class Settings:
 
     accuracy: float | None = None
     """RMS distance from balance at which a step may end, as estimated [m] (stepping/near.py): the correction goes on
-    until there, whatever its budget. None: it ends by its budget."""
+    until there, whatever its budget, or until Newton's ways have not become shorter for long. None: it ends by its
+    budget."""
     deadline: float | None = None
     """What a call of `advance` may take [s] (stepping/pace.py): the correction goes on for as long as that allows, and
     cycles are fewer where it must be. None: a call takes what it takes."""

@@ -120,7 +120,7 @@ def test_the_page_opens_with_a_row_for_each_promise_and_plots_are_before_the_tab
     assert (title, head) == ("# What accuracy costs in time", "| promise | measured | holds |")
     opening = lines[: lines.index("")]
     assert [row.split(" | ")[-1].strip("| ") for row in opening] == ["no", "no", "yes", "yes", "yes", "not measured"]
-    assert opening[0].split(" | ")[1] == "75.0 % (75.0) of 4 at presets"
+    assert opening[0].split(" | ")[1] == "75.0 % (75.0) of 4 at `draft` and `live`"
     chapters = [line for line in lines if line.startswith(("## ", "![Error"))]
     assert chapters[:3] == ["## What does not hold", "## Not measured", "## Error against time, drawn"]
     assert chapters[3].startswith("![Error of a step against its time: skirt, walk")

@@ -1,5 +1,7 @@
 """What is said when the figures of a step are out of bounds, and that nothing is said while they are not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_scenes import sheet
@@ -8,10 +10,12 @@ from tryon_solver.advice import advise, nearest_limit, unmet
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.results import Counters
 from tryon_solver.scene import Gravity, Pins, Scene
+from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 
 DENIM = FABRICS["denim"]  # bears 5 %
 JERSEY = FABRICS["cotton_jersey"]  # stretches most
+DRAFT = PRESETS["draft"]
 
 
 def stretches(most: float, share: float = 1.0, count: int = 5000) -> np.ndarray:
@@ -91,15 +95,27 @@ def test_of_several_fabrics_the_one_nearest_its_limit_is_told():
 
 
 def test_a_missed_deadline_is_told_with_what_to_do():
-    said = unmet(None, 1e-3, 0.0021)
+    said = unmet(DRAFT, 1e-3, 0.0021)
     assert said == "the deadline was missed by 2.1 ms: allow more time, or choose a coarser mesh"
     assert advise(Counters(), 0.0, DENIM, stretches(1.0), 0.0, said) == said
-    assert unmet(None, 1e-3, 0.0) == ""
+    assert unmet(DRAFT, 1e-3, 0.0) == ""
 
 
 def test_an_error_far_above_the_one_asked_for_is_told():
-    assert unmet(8e-5, 1.5e-3, 0.0).startswith("an error of 0.08 mm was not reached, it is 1.5 mm: shorter steps")
-    assert unmet(8e-5, 3e-4, 0.0) == ""
-    said = unmet(8e-5, 1.5e-3, 0.0, 0.033)
+    asked = replace(DRAFT, accuracy=8e-5)
+    assert unmet(asked, 1.5e-3, 0.0).startswith("an error of 0.08 mm was not reached, it is 1.5 mm: shorter steps")
+    assert unmet(asked, 3e-4, 0.0) == ""
+    in_time = replace(asked, deadline=0.033)
+    said = unmet(in_time, 1.5e-3, 0.0)
     assert said.startswith("an error of 0.08 mm was not reached in 33 ms, it is 1.5 mm: more time, shorter steps")
-    assert unmet(8e-5, 3e-4, 0.0, 0.033) == ""
+    assert unmet(in_time, 3e-4, 0.0) == ""
+
+
+def test_passes_that_end_before_they_have_converged_are_told_where_they_were_to():
+    reference = PRESETS["reference"]
+    short, long = 0.5 * reference.correction_tolerance, 0.02
+    said = "20 passes did not converge: Newton's ways are 0.02 m/s long yet, and the estimated error is 0.06 mm"
+    assert unmet(reference, 6e-5, 0.0, long).startswith(said)
+    assert unmet(reference, 6e-5, 0.0, short) == ""
+    assert unmet(DRAFT, 6e-5, 0.0, long) == "", "one pass ends by its budget"
+    assert unmet(replace(reference, accuracy=1e-4), 6e-5, 0.0, long) == "", "it is as near as was asked for"

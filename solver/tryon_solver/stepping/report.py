@@ -59,7 +59,7 @@ def make_report(sim: Simulation) -> StepReport:
             sim.debt,
             *strained(sim, stretch),
             lag,
-            unmet(sim.settings.accuracy, float(error[0]), late, sim.settings.deadline),
+            unmet(sim.settings, float(error[0]), late, counters.residual),
             [one.name for one in sim.plan.contributions if one.name != "gravity" or heavy(weight[0])],
         ),
     )

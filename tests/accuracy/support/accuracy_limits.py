@@ -15,6 +15,7 @@ REFERENCE, AGREEMENT = "reference", 0.05  # the preset, and what it may be off, 
 ROUNDING = 0.01  # mm: medians under it are as good as each other, for they are those of float32
 JUDGED = 5.0  # mm: other solvers' steps with larger errors are not compared
 OTHERS = ("xpbd", "chebyshev", "newton_ipc", "vbd", "style3d")
+IN_NUMPY = ("xpbd", "chebyshev", "newton_ipc")  # of these: what compiled ones would take is not known
 
 
 def within(rows: Sequence[Row], times: float, negligible: float = NEGLIGIBLE) -> float:

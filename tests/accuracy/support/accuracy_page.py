@@ -118,7 +118,8 @@ PROMISES_SAID = [
     "Yes: all of it holds; in part: of some cases, scenes, settings or deadlines; no: of none. Held out are scenes",
     "that nothing was fitted to, but for one exponent of the estimate, which was chosen by looking at three of them",
     f"(METHOD.md, section 14). An estimate counts as right where it and the error are under {NEGLIGIBLE:g} mm, and in",
-    "brackets it does not. Dialled are steps that were asked for an accuracy, of whatever size.",
+    "brackets it does not. Presets whose own steps are shorter than all that were measured are not judged by it.",
+    "Dialled are steps that were asked for an accuracy, of whatever size.",
 ]
 PREFACE = [
     "Written by `python tests/accuracy --document`; nothing here is typed by hand. Each solver takes one step from",
@@ -132,7 +133,8 @@ PRESETS_SAID = [
     "All presets take the same steps here, also those whose own are shorter; estimates are judged of the others.",
     "Distance of the cloth's vertices from the reference's, RMS over the cloth and the largest of them; principal",
     "stretches' and normals' difference, RMS over the triangles; the incremental potential above the reference's.",
-    "Void: steps that ended where the body's motion had carried the cloth. Crossed: ends in which IPC Toolkit finds a",
+    "Void: steps that ended where the body's motion had carried the cloth. Spent: steps of a preset of several passes",
+    "that made all iterations of all of them and had not converged. Crossed: ends in which IPC Toolkit finds a",
     "crossing.",
     f"An estimate counts as right where it and the error are under {NEGLIGIBLE:g} mm; in brackets without that.",
     f"Where a run is older, `{BY_BUDGET}` is `draft` with corrections of four iterations, however near they come.",
@@ -154,13 +156,15 @@ ASKED_SAID = [
 PRICE_SAID = [
     "Geometric means over the cases that have both, of the ratio of medians. `Newton n x m` is `live` with n Newton",
     "iterations of m conjugate gradients in its correction; passes repeat proxy and correction until they converge.",
+    "Small are the garments of single steps, at scale those below.",
 ]
 DEADLINES_SAID = [
     "Frames of `solver/bench`, with a deadline and, where that was measured, without one. A deadline is what a frame",
     "may take: the correction goes on for as long as it allows, and where that is over until it is near enough by a",
-    "coarse measure, late as it is. One that is much shorter costs accuracy and gains little; a coarser mesh helps.",
-    f"More than {100 * HELD:g} % of late frames count as not held, and a stretch over {STRETCHED:g} where without a",
-    "deadline it is under as broken. IPC Toolkit is asked about some of the frames: crossing are so many of those",
+    "coarse measure, late as it is. One that is much shorter costs accuracy and gains little, as means tell: what",
+    "steps leave undone makes those that follow dearer. A coarser mesh helps.",
+    f"More than {100 * HELD:g} % of late frames count as not held, and a stretch over {STRETCHED:g}, unless it is so",
+    "without a deadline, too, as broken. IPC Toolkit is asked about some of the frames: crossing are so many of those",
     "asked of all. Simulated over wall: under 1 the motion is slower than it is, in slow motion. A run without a",
     "deadline may be shorter, or of another commit, than those it is set beside, as the last column says.",
 ]

@@ -10,6 +10,8 @@ from accuracy_data import CPU, Found, Measured, Row, digits, front, geometric_me
 from accuracy_limits import OTHERS, WITHIN, beyond_ours, title, within
 from accuracy_plots import CHAINS, at_scale, chain, scale_ms
 
+from tryon_solver.settings import PRESETS
+
 HEAD = (
     "scene",
     "settings",
@@ -21,6 +23,7 @@ HEAD = (
     "energy [mJ]",
     "ms p50",
     "void",
+    "spent",
     "crossed",
     *(f"within x{times:g}" for times, _ in WITHIN),
 )
@@ -51,9 +54,18 @@ def preset_row(measured: Measured, name: str) -> list[object]:
         digits(float(np.median(energies)) if energies else None),
         digits(median(rows, "ms")),
         sum(row["void"] for row in rows),
+        spent(name, rows),
         sum(row["crossed"] > 0 for row in rows),
         *(f"{100 * within(rows, t):.0f} % ({100 * within(rows, t, 0.0):.0f})" for t, _ in WITHIN),
     ]
+
+
+def spent(preset: str, rows: Sequence[Row]) -> object:
+    """How many made all the iterations of all passes that the preset has; a dash where it has one pass."""
+    settings = PRESETS.get(preset)
+    if settings is None or settings.contact_passes == 1:
+        return "-"
+    return sum(row["newton"] >= settings.contact_passes * settings.correction_iterations for row in rows)
 
 
 def left_out_lines(found: Found) -> list[str]:

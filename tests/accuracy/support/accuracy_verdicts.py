@@ -10,6 +10,7 @@ from accuracy_data import Found, Measured, Row, digits, table
 from accuracy_estimate import BEGUN_WITH, asked_steps, dialled_steps, too_low
 from accuracy_limits import (
     AGREEMENT,
+    IN_NUMPY,
     JUDGED,
     NEGLIGIBLE,
     OTHERS,
@@ -38,7 +39,9 @@ def estimate_chapter(found: Found) -> Chapter:
     """The estimate, on what was held out: at presets, and of the dial."""
     of: dict[str, list[Row]] = {}
     for on_gpu, where in ((False, ""), (True, " on a GPU")):
-        of["at presets" + where] = [row for _, _, row in preset_rows(found, True, on_gpu)]
+        judged = preset_rows(found, True, on_gpu)
+        names = dict.fromkeys(f"`{name}`" for _, name, _ in judged)
+        of[f"at {' and '.join(names)}{where}"] = [row for _, _, row in judged]
         for name in BEGUN_WITH:
             of[f"dialled at `{name}`{where}"] = dialled_steps(found.errors, name, True, on_gpu)
     of = {said: rows for said, rows in of.items() if rows}
@@ -213,7 +216,8 @@ def fronts_chapter(found: Found) -> Chapter:
     for solver in OTHERS:
         for measured in found.errors:
             if measured.of_solver(solver) and measured.of_solver("ours"):
-                fronts.setdefault(TITLES[solver], []).append((measured.name, solver) not in beaten)
+                name = TITLES[solver] + " (as a numpy program)" * (solver in IN_NUMPY)
+                fronts.setdefault(name, []).append((measured.name, solver) not in beaten)
                 places.add(measured.on_gpu)
     verdict = Verdict(
         f"ours is on or below every other solver's Pareto front for errors of a step under {JUDGED:g} mm",

@@ -328,6 +328,33 @@ def test_a_machine_that_gets_slower_is_followed(clock):
     assert after[-1][2][0][1] < before[2][0][1]
 
 
+def slow_for_once(machine, part):
+    normal = getattr(machine, part)
+    setattr(machine, part, 40 * normal)
+    assert machine.call()[1] > 0
+    setattr(machine, part, normal)
+
+
+@pytest.mark.parametrize("part", ["tail", "iteration", "search"])
+def test_one_call_that_is_slow_for_once_costs_those_after_it_little(clock, part):
+    machine = Machine(clock, hurried(20e-3))
+    usual = [machine.call() for _ in range(70)][-1][2][0][1]
+    slow_for_once(machine, part)
+    after = [machine.call() for _ in range(70)]
+    assert all(late == 0 for _, late, _ in after)
+    assert min(iterations for _, _, [(_, iterations)] in after) > 0.4 * usual
+
+
+def test_two_in_sixty_are_reckoned_with_for_so_many_may_not_be_late(clock):
+    machine = Machine(clock, hurried(20e-3))
+    usual = [machine.call() for _ in range(70)][-1][2][0][1]
+    slow_for_once(machine, "tail")
+    slow_for_once(machine, "tail")
+    after = [machine.call()[2][0][1] for _ in range(70)]
+    assert after[0] < 0.3 * usual
+    assert after[-1] == usual, "until they are long past"
+
+
 def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(clock):
     hurried_pace = hurried(20e-3)
     machine = Machine(clock, hurried_pace)
