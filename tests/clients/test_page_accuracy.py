@@ -32,7 +32,7 @@ KEYS = """dial => {
 
 @pytest.fixture(scope="module")
 def shared(chromium, studio):
-    page = open_page(chromium, studio.url)
+    page = open_page(chromium, studio.url, seen=False)
     wait_for_state(page, "running")
     yield page
     page.context.close()

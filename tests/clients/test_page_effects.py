@@ -14,7 +14,7 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def shared(chromium, studio):
-    page = open_page(chromium, studio.url)
+    page = open_page(chromium, studio.url, seen=False)
     wait_for_state(page, "running")
     page.wait_for_selector("#effects", state="visible")
     page.click("#effects > summary")
@@ -252,7 +252,7 @@ new MutationObserver(() => {
 
 def test_what_is_asked_while_the_garment_is_put_on_acts_once_it_is_worn(chromium, studio):
     """A script asks as soon as the section is there, which is before anything is worn."""
-    page = open_page(chromium, studio.url, scripts=[ASKS_AT_ONCE])
+    page = open_page(chromium, studio.url, scripts=[ASKS_AT_ONCE], seen=False)
     wait_for_state(page, "running")
     wait_for_effect(page, "wind", "active")
     assert page.evaluate("window.askedWhile") in ("preparing", "dressing")

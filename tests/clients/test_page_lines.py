@@ -15,7 +15,7 @@ pytestmark = pytest.mark.browser
 @pytest.fixture
 def page(chromium, patterned):
     """A page of its own, in a session of its own. It must run without an uncaught error."""
-    page = open_page(chromium, patterned.url, 1280, 800)
+    page = open_page(chromium, patterned.url, 1280, 800, seen=False)
     wait_for_state(page, "running")
     page.wait_for_selector("#pattern-toggle:visible")
     page.click("#effects > summary")

@@ -24,7 +24,7 @@ def page(chromium, patterned):
 
 @contextmanager
 def a_page(chromium, url: str):
-    page = open_page(chromium, url, 1280, 800)
+    page = open_page(chromium, url, 1280, 800, seen=False)
     wait_for_state(page, "running")
     page.wait_for_selector("#pattern-toggle:visible")
     page.click("#pattern-toggle")

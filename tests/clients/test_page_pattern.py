@@ -24,7 +24,7 @@ def tailor(web):
 def shared(chromium, tailor):
     """The page for all tests in a window of this size."""
     tailor.pattern = design()
-    page = open_page(chromium, tailor.url, 1280, 800)
+    page = open_page(chromium, tailor.url, 1280, 800, seen=False)
     page.click("#pattern-toggle")
     page.wait_for_selector("#pattern-sheet .piece >> nth=1")
     yield page
@@ -565,7 +565,7 @@ def test_nothing_that_a_server_says_breaks_the_page(page, tailor):
 @pytest.mark.long
 def test_a_garment_that_is_a_mesh_has_no_pattern(chromium, tailor):
     tailor.pattern = None
-    page = open_page(chromium, tailor.url, 1280, 800)
+    page = open_page(chromium, tailor.url, 1280, 800, seen=False)
     page.wait_for_selector('#status[data-state="running"]')
     assert page.locator("#pattern-toggle").is_hidden()
     assert page.locator("#pattern").is_hidden()
@@ -579,7 +579,7 @@ def test_a_garment_that_is_a_mesh_has_no_pattern(chromium, tailor):
 )
 def test_the_pattern_finds_room_in_any_window(chromium, tailor, width, height):
     tailor.pattern = design()
-    page = open_page(chromium, tailor.url, width, height)
+    page = open_page(chromium, tailor.url, width, height, seen=False)
     page.click("#pattern-toggle")
     page.wait_for_selector("#pattern-sheet .piece >> nth=1")
     page.mouse.click(*middle(edge(page, 1).locator(".reach")))

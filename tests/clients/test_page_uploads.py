@@ -24,7 +24,7 @@ WALK = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo" 
 
 @pytest.fixture(scope="module")
 def page(chromium, studio):
-    page = open_page(chromium, studio.url)
+    page = open_page(chromium, studio.url, seen=False)
     wait_for_state(page, "running")
     yield page
     assert page.faults == []

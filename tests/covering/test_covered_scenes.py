@@ -32,7 +32,7 @@ def of(**levels):
         {"cloth": "strip", "air": "gusts"},
         {"cloth": "skirt", "preset": "draft"},
         {"cloth": "strip", "garments": TWO[0]},
-        {"cloth": "strip", "garments": TWO[1]},
+        pytest.param({"cloth": "strip", "garments": TWO[1]}, marks=pytest.mark.long),
     ],
 )
 def test_effects_together_penetrate_nothing(levels):

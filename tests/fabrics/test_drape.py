@@ -54,6 +54,7 @@ def test_a_disc_that_hangs_straight_down_throws_the_pedestal_s_shadow():
     assert hem(scene, hung).min() == pytest.approx(DISC.pedestal - DISC.radius, abs=2e-3)
 
 
+@pytest.mark.long
 def test_three_fabrics_far_apart_hang_in_their_order():
     limp, between, stiff = (draped(FABRICS[name], QUICK) for name in APART)
     assert len(ordered_pairs(APART)) == 3

@@ -239,6 +239,7 @@ def parted(drape):
     return {layer.name: cloth[layer.vertices] for layer in drape.worn_outfit().outfit.layers}
 
 
+@pytest.mark.long
 def test_in_another_order_nothing_that_is_seen_twice_jumps_and_nothing_passes_through_anything(turned):
     """Between two frames that both show it no garment goes farther than cloth that is led may, and as the body does, a
     quarter more; the two outfits have it 60 mm apart and more."""

@@ -76,6 +76,7 @@ def without(walker, panel):
     return hung, bare.cutting(before, "cotton_jersey")()
 
 
+@pytest.mark.long
 def test_a_piece_of_trousers_comes_back_when_the_body_comes_by_where_it_hung(walking):
     hung, cut = without(walking, "front_left")
     bare, back, begun = walking.drape, None, walking.t

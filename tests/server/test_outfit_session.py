@@ -34,6 +34,7 @@ def server(tmp_path):
     server.stop()
 
 
+@pytest.mark.long
 def test_two_garments_with_wind_a_print_an_edit_and_another_outfit(server):
     http = httpx.Client(base_url=f"http://127.0.0.1:{server.port}", timeout=LONGEST)
     opened = http.post("/api/sessions", json={"garment": "skirt", "fabric": "cotton_jersey", "motion": "walk"})

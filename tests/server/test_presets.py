@@ -105,6 +105,7 @@ def test_through_all_presets_while_it_is_worn_nothing_jumps_or_crosses(bag):
     assert bag.simulation.scene.garment is garment, "the mesh stays"
 
 
+@pytest.mark.long
 def test_two_garments_over_each_other_go_on_so_too(dressed):
     *_, worn = pickle.loads(dressed).unpacking()
     judge = judge_of(worn)

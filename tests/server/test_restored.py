@@ -36,6 +36,7 @@ def seen_area(viewer) -> float:
     return area(frame.cloth, topology.faces)
 
 
+@pytest.mark.long
 def test_a_garment_edited_until_nobody_can_put_it_on_is_worn_again_after_kill_9(tmp_path):
     """A T-shirt four fifths as large: its seams would not close around the body, which it is worn on all the same."""
     wishes = {"garment": "tshirt", "fabric": FABRIC, "motion": "walk"}
@@ -82,7 +83,11 @@ def patterns(*edits):
 
 @pytest.mark.parametrize(
     "edits",
-    [(SMALLER,), (Dart("front", 0, 0.5, 0.03, 0.1), SMALLER), (SMALLER, Dart("front", 0, 0.5, 0.03, 0.1))],
+    [
+        (SMALLER,),
+        (Dart("front", 0, 0.5, 0.03, 0.1), SMALLER),
+        pytest.param((SMALLER, Dart("front", 0, 0.5, 0.03, 0.1)), marks=pytest.mark.long),
+    ],
     ids=["in its mesh", "in another mesh", "and another mesh after"],
 )
 def test_what_can_not_be_put_on_is_edited_while_worn(edits):

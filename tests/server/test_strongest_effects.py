@@ -128,7 +128,8 @@ def test_every_frame_comes_in_bounded_work_and_nothing_crosses(named, worn, monk
         assert np.linalg.norm(cloth - rest, axis=1).max() > 0.05, "it acts"
 
 
-@pytest.mark.parametrize("named", [BRIEF[0], pytest.param(BRIEF[1], marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("named", BRIEF)
 def test_a_walk_goes_on_while_the_strongest_are_put_on_and_taken_off_at_once(named, monkeypatch):
     """With a session's mesh, on a body that walks."""
     *_, drape = dressed(FINE).unpacking()

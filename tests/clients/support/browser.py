@@ -13,6 +13,8 @@ import numpy.typing as npt
 from playwright.sync_api import Browser, Page, sync_playwright
 
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+UNSEEN = """for (const draw of ["drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced"])
+    WebGL2RenderingContext.prototype[draw] = () => {};"""  # in software a picture takes as long as a frame's simulation
 PATIENCE = 60_000  # [ms] for anything that must happen sooner or later, on a machine that others use too
 
 DECODE = """async png => {
@@ -41,11 +43,13 @@ def launch(path: str) -> Iterator[Browser]:
         browser.close()
 
 
-def open_page(browser: Browser, url: str, width: int = 860, height: int = 620, scripts: Sequence[str] = ()) -> Page:
+def open_page(
+    browser: Browser, url: str, width: int = 860, height: int = 620, scripts: Sequence[str] = (), seen: bool = True
+) -> Page:
     """A page in a profile of its own, whose uncaught errors are collected in ``page.faults``; ``scripts`` run in it
-    before its own."""
+    before its own. Where its picture of the wearer is not ``seen`` by the test all goes its way but the drawing."""
     page = browser.new_context(viewport={"width": width, "height": height}).new_page()
-    for script in scripts:
+    for script in (*scripts, *([] if seen else [UNSEEN])):
         page.add_init_script(script)
     page.set_default_timeout(PATIENCE)
     page.faults = []

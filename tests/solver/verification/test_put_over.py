@@ -112,7 +112,7 @@ def freedom(monkeypatch):
     return clean
 
 
-@pytest.mark.parametrize("fabric", ["cotton_poplin", "denim"])
+@pytest.mark.parametrize("fabric", ["cotton_poplin", pytest.param("denim", marks=pytest.mark.long)])
 def test_a_skirt_goes_on_over_a_tshirt_which_is_tucked_in(fabric, freedom):
     """Its waist is the body's own: it is let out, sewn around the shirt and taken in, which gathers the shirt. Denim,
     three times as heavy, would fall to the hips meanwhile."""
