@@ -20,7 +20,7 @@ demo: $(VENV)/.runtime $(BODY) $(WEB)
 test: $(VENV)/.dev $(BODY) $(WEB) chromium
 	npm test --silent
 	$(BIN)/python -m pytest -n 3 --dist loadfile -m "not long" --ignore tests/clients
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not long" tests/clients
+	$(BIN)/python -m pytest -m "not long" tests/clients
 
 ## make long     run the tests that `make test` leaves out: whole matrices, long windows
 long: $(VENV)/.dev $(BODY) $(WEB) chromium

@@ -47,7 +47,9 @@ wp.set_module_options({"enable_backward": False})
 
 SCALE = 2.0
 SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
-PATIENCE = wp.constant(8)  # iterations without one
+PATIENCE = wp.constant(8)  # iterations without one, where they came nearer than FAR; else
+PERSISTENCE = wp.constant(24)
+FAR = wp.constant(4.0)  # times the accuracy that was asked for
 CALM = wp.constant(20.0)  # times the energy at the preset's nearness, less than that left to lose is near enough
 OF_WAY = 0.3  # share of the step's way that is near enough
 
@@ -104,7 +106,8 @@ def compare_asked_kernel(
     if length < SHORTER * lengths[SHORTEST]:
         lengths[SHORTEST] = length
         state[SINCE] = 0
-    state[LAST_ONE] = wp.where(scale * length <= accuracy[0] or state[SINCE] >= PATIENCE, 1, 0)
+    patience = wp.where(scale * lengths[SHORTEST] > FAR * accuracy[0], PERSISTENCE, PATIENCE)
+    state[LAST_ONE] = wp.where(scale * length <= accuracy[0] or state[SINCE] >= patience, 1, 0)
 
 
 @wp.kernel
