@@ -23,6 +23,7 @@ from tryon_solver.body.pose import Pose, skin
 from tryon_solver.geometry.garment import Layer
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.results import Counters
+from tryon_solver.settings import PRESETS
 
 HEIGHTS = [0.0, 0.45, 0.85, 1.0, 1.25, 1.4, 1.5, 1.62, 1.72]
 RADII = [0.10, 0.13, 0.17, 0.14, 0.17, 0.10, 0.06, 0.09, 0.03]
@@ -206,7 +207,7 @@ class Tunic(PretendedPreset):
 
 def late_advice(late: float) -> str:
     """As the solver says it, of `late` s."""
-    return advise(Counters(), 0.0, FABRICS["denim"], np.ones(1), 0.0, unmet(None, 0.0, late))
+    return advise(Counters(), 0.0, FABRICS["denim"], np.ones(1), 0.0, unmet(PRESETS["draft"], 0.0, late))
 
 
 def build(order, progress) -> Tunic:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 from against_reference import rms, simulation_at
 from contact_scenes import DT, square_on_sphere
 
@@ -13,6 +14,7 @@ from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping import near, pace
 from tryon_solver.stepping.pace import LEAST_CROWDED, MOST_LOOKED_AT, Allowance, Hurried, Unhurried, time_of_iteration
+from tryon_solver.stepping.progress import LAST_ONE, SHORTEST
 from tryon_solver.stepping.search import searches_left
 
 LIVE = PRESETS["live"]
@@ -64,6 +66,22 @@ def test_a_budget_that_is_too_small_for_the_accuracy_is_not_kept_to(met):
     assert asked.error < report.error / 10
     capped, _ = step(met, replace(short, accuracy=3e-6, most_iterations=2))
     assert capped.newton_iterations == 2
+
+
+@pytest.mark.parametrize(("times", "patience"), [(3.9, near.PATIENCE), (4.1, near.PERSISTENCE)])
+def test_what_comes_no_nearer_is_given_up_soon_where_it_is_near_and_later_where_it_is_far(times, patience):
+    """Directions that have come to so many times what was asked for and no nearer."""
+    asked, count = 1e-4, 10
+    accuracy = wp.array([asked], dtype=wp.float32, device="cpu")
+    squared = wp.array([count * (times * asked / near.SCALE) ** 2], dtype=wp.float32, device="cpu")
+    state = wp.zeros(int(LAST_ONE) + 1, dtype=wp.int32, device="cpu")
+    lengths = wp.full(int(SHORTEST) + 1, wp.inf, dtype=wp.float32, device="cpu")
+    ended = []
+    for _ in range(30):
+        inputs = [accuracy, squared, count, near.SCALE, state, lengths]
+        wp.launch(near.compare_asked_kernel, 1, inputs, device="cpu")
+        ended.append(bool(state.numpy()[int(LAST_ONE)]))
+    assert ended.index(True) == int(patience)
 
 
 def test_a_correction_that_is_near_enough_at_that_length_of_step_ends_before_its_budget(met):
