@@ -13,7 +13,7 @@ import numpy.typing as npt
 from playwright.sync_api import Browser, Page, sync_playwright
 
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-UNSEEN = """for (const draw of ["drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced"])
+UNSEEN = """for (const draw of ["clear", "drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced"])
     WebGL2RenderingContext.prototype[draw] = () => {};"""  # in software a picture takes as long as a frame's simulation
 PATIENCE = 60_000  # [ms] for anything that must happen sooner or later, on a machine that others use too
 
