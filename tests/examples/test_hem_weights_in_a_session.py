@@ -74,6 +74,7 @@ def until(said):
 
 
 @pytest.mark.timeout(2 * PATIENCE)
+@pytest.mark.long
 def test_a_session_wears_an_effect_that_an_installed_package_brings(server):
     effects = until(lambda: asked(f"{server}effects"))
     told = next(one for one in effects if one["name"] == "hem_weights")
