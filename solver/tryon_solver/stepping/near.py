@@ -5,7 +5,8 @@ Newton's direction leads to where the step balances, as far as conjugate gradien
 RMS length over the cloth, times SCALE, is how far that is. SCALE was fitted by steps of 1/60 s: the median, over
 garments and motions, of the true error after such a correction over what it was asked for is kept under 1 there; in
 steps of 1/30 s it came to 1.6 (METHOD.md section 14). Where directions have not become shorter for PATIENCE
-iterations, none that follows can be hoped to.
+iterations, or, while they are too long for the report to be silent, for PERSISTENCE, none that follows can be hoped
+to.
 
 A preset asks for the energy, too: what the cloth would lose on the way by the quadratic model, 1/2 |g . p| of Newton's
 direction p, is no more than CALM times 1/2 M nearness^2. In stiff modes much of it lies within little way. And its own
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
+from tryon_solver.advice import FAR
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot, subtract
 from tryon_solver.stepping.progress import (
@@ -47,9 +49,9 @@ wp.set_module_options({"enable_backward": False})
 
 SCALE = 2.0
 SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
-PATIENCE = wp.constant(8)  # iterations without one, where they came nearer than FAR; else
-PERSISTENCE = wp.constant(24)
-FAR = wp.constant(4.0)  # times the accuracy that was asked for
+PATIENCE = wp.constant(8)  # iterations without one; and
+PERSISTENCE = wp.constant(24)  # so many where none has come nearer than
+FAR_OFF = wp.constant(FAR)  # times the accuracy that was asked for, beyond which the report says so
 CALM = wp.constant(20.0)  # times the energy at the preset's nearness, less than that left to lose is near enough
 OF_WAY = 0.3  # share of the step's way that is near enough
 
@@ -106,7 +108,7 @@ def compare_asked_kernel(
     if length < SHORTER * lengths[SHORTEST]:
         lengths[SHORTEST] = length
         state[SINCE] = 0
-    patience = wp.where(scale * lengths[SHORTEST] > FAR * accuracy[0], PERSISTENCE, PATIENCE)
+    patience = wp.where(scale * lengths[SHORTEST] > FAR_OFF * accuracy[0], PERSISTENCE, PATIENCE)
     state[LAST_ONE] = wp.where(scale * length <= accuracy[0] or state[SINCE] >= patience, 1, 0)
 
 

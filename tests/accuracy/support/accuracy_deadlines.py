@@ -214,7 +214,7 @@ def gains_nothing(case: Timed, timed: Sequence[Timed]) -> list[str]:
 
 
 def never_measured(cases: Sequence[Timed], timed: Sequence[Timed]) -> list[str]:
-    """Promised motions that have no figure, by machine."""
+    """Promised motions that have no figure, by machine, or none without a deadline to set beside."""
     lines = []
     for promised in PROMISED:
         for motion in MOTIONS:

@@ -109,14 +109,16 @@ def price_table(found: Found) -> list[str]:
                     groups.setdefault((one, other), []).append(measured)
     for (one, other), cases in groups.items():
         cells: list[object] = []
+        compared = False
         for on_gpu in (False, True):
             of = [measured for measured in cases if measured.on_gpu == on_gpu]
             time = ratios(of, one, other, lambda m, name: m.median(name, "ms"))
             error = ratios(of, one, other, lambda m, name: m.median(name, "error"))
-            cells += [len(of), times_said(geometric_mean(time) if time else None)]
+            compared = compared or bool(time and error)
+            cells += [len(time), times_said(geometric_mean(time) if time else None)]
             cells.append(times_said(scale_ratio(found, "cuda:0" if on_gpu else CPU, one, other)))
             cells.append(f"/{digits(1 / geometric_mean(error), 2)}" if error else "-")
-        if any(str(cell).startswith("/") for cell in cells):
+        if compared:
             rows.append((one, other, *cells))
     head = ["from", "to"]
     for where in ("CPU", "GPU"):
