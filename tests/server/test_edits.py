@@ -47,7 +47,7 @@ def server(own_server, monkeypatch):
 def dressed(server, **wishes) -> str:
     """A new session, once its garment is dressed; its id."""
     session = server.open(**wishes)
-    for _ in range(300):
+    for _ in range(1200):
         if server.http.get(f"/api/sessions/{session}").json()["state"] == "running":
             return session
         time.sleep(0.05)
@@ -84,8 +84,8 @@ def test_whether_it_is_mirrored_is_said_by_true_or_false(server):
 
 
 def worn_in_the_end(server, path) -> list:
-    """Whether each edit is worn, once all are or 10 s have gone by."""
-    for _ in range(200):
+    """Whether each edit is worn, once all are or a minute has gone by."""
+    for _ in range(1200):
         worn = [edit["worn"] for edit in server.http.get(f"{path}/edits").json()]
         if all(worn):
             break
@@ -187,7 +187,7 @@ def test_what_is_asked_for_before_the_garment_is_worn_is_made_once_it_is_also_af
         again = server.open(garment="tube", motion="sway", continues=session)
         path = f"/api/sessions/{again}"
         server.dressed(again)
-        end = time.monotonic() + 30.0
+        end = time.monotonic() + 60.0
         while [one["doing"] for one in http.get(path).json()["changes"]] != ["refused"]:
             assert time.monotonic() < end, http.get(path).json()
             time.sleep(0.05)
@@ -216,7 +216,7 @@ def test_an_edit_that_is_worked_at_is_told_and_can_be_taken_back_and_one_that_ta
             return [(one["kind"], one["doing"]) for one in http.get(path).json()["changes"]]
 
         slow = ask(json={"edit": bad})
-        end = time.monotonic() + 30.0
+        end = time.monotonic() + 60.0
         while changes() != [("scale_piece", "dressing")]:
             assert time.monotonic() < end, changes()
             time.sleep(0.02)
@@ -329,7 +329,7 @@ def test_an_edit_over_the_websocket_is_answered_and_shown(server):
                     break
             return stream.design
 
-    newest = asyncio.run(asyncio.wait_for(watch(), 30.0))
+    newest = asyncio.run(asyncio.wait_for(watch(), 60.0))
     assert [event for event in seen if isinstance(event, EditedMessage)] == [
         EditedMessage(id=1, change="value", request=3)
     ]

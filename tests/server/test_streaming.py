@@ -38,7 +38,7 @@ REST = [(0.0, 0.0, 0.0, 1.0)] * 3
 
 
 def run(coroutine):
-    return asyncio.run(asyncio.wait_for(coroutine, 30.0))
+    return asyncio.run(asyncio.wait_for(coroutine, 60.0))
 
 
 async def take_frames(stream, count: int) -> list:
@@ -170,7 +170,7 @@ def test_the_cloth_goes_on_while_no_poses_come_and_frames_with_it(live):
 
     frames = run(scenario())
     moments = np.array([frame.t_sim for frame in frames])
-    assert set(moments) == {1.0 + 0.02 * 19}, "the time of the pose that is held"
+    np.testing.assert_allclose(moments, 1.0 + 0.02 * 19, atol=1e-9, err_msg="the time of the pose that is held")
     assert np.ptp([frame.t_published for frame in frames]) > 0.4
     assert np.abs(frames[-1].cloth - frames[0].cloth).max() > 1e-3
     assert all(frame.pose_seq == 20 for frame in frames)

@@ -5,6 +5,7 @@ import asyncio
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 
 import pytest
 from killable_server import KillableServer
@@ -30,7 +31,7 @@ def server(tmp_path_factory):
 def session(server):
     """A new session, once its garment is dressed; its id."""
     opened = server.open()
-    for _ in range(300):
+    for _ in range(1200):
         if server.http.get(f"/api/sessions/{opened}").json()["state"] == "running":
             break
         time.sleep(0.05)
@@ -46,6 +47,14 @@ def worn(server, session):
 
 def put_on(server, session, **wish):
     return server.http.post(f"/api/sessions/{session}/garments", json={"garment": "tube"} | wish)
+
+
+def wait_for_jobs(server, session, jobs):
+    """Until so many changes of the session are under way."""
+    end = time.monotonic() + 60.0
+    while len(server.http.get(f"{session}/jobs").json()) < jobs:
+        assert time.monotonic() < end, "it is never told"
+        time.sleep(0.02)
 
 
 def edits(server, session, garment):
@@ -86,7 +95,7 @@ def storing(monkeypatch):
     keep, go_on = LiveSessions._keep, threading.Event()
 
     def wait(*given):
-        go_on.wait(20)
+        go_on.wait(60)
         keep(*given)
 
     monkeypatch.setattr(LiveSessions, "_keep", wait)
@@ -98,11 +107,11 @@ def test_an_edit_is_kept_with_its_garment_however_long_that_takes(server, storin
     path = f"/api/sessions/{session}/edits"
     with ThreadPoolExecutor() as pool:
         asked = pool.submit(server.http.post, path, json={"edit": WIDER, "garment": "tube"})
-        time.sleep(0.5)
+        wait_for_jobs(server, f"/api/sessions/{session}", 1)
         assert put_on(server, session, replaces="tube").status_code == 201
         assert worn(server, session)[0] == ["tube-2"]
         again = pool.submit(put_on, server, session, replaces="tube-2")
-        deadline = time.monotonic() + 10
+        deadline = time.monotonic() + 60
         while worn(server, session)[0] != ["tube"] and time.monotonic() < deadline:
             time.sleep(0.05)
         storing.set()
@@ -211,7 +220,7 @@ def test_frames_go_on_while_another_outfit_is_made_and_no_longer_once_it_is_worn
                     break
             return seen, await change
 
-    seen, reply = asyncio.run(asyncio.wait_for(watch(), 20))
+    seen, reply = asyncio.run(asyncio.wait_for(watch(), 60.0))
     assert reply.status_code == 201
     assert seen == sorted(seen)
     assert len(set(seen)) == 2
@@ -222,11 +231,12 @@ def test_what_is_asked_while_the_first_garment_is_put_on_waits_for_its_turn(tmp_
     held = tmp_path / "held"
     held.touch()
     with KillableServer(tmp_path, "held_dressing:make_app") as server, ThreadPoolExecutor() as pool:
-        path = f"/api/sessions/{server.open(garment='tube', motion='sway')}/garments"
+        session = f"/api/sessions/{server.open(garment='tube', motion='sway')}"
+        path, order = f"{session}/garments", count(1)
 
         def ask(method, where="", body=None):
             asked = pool.submit(server.http.request, method, path + where, json=body)
-            time.sleep(0.3)
+            wait_for_jobs(server, session, next(order))
             return asked
 
         over, bad = ask("POST", "", {"garment": "tube"}), ask("POST", "", {"garment": "tube", "position": 9})
@@ -247,7 +257,7 @@ def test_what_waits_for_a_garment_that_can_t_be_put_on_is_refused(tmp_path):
     with KillableServer(tmp_path, "held_dressing:make_app") as server, ThreadPoolExecutor() as pool:
         session = server.open(garment="tube", fabric="tight", motion="sway")
         asked = pool.submit(server.http.post, f"/api/sessions/{session}/garments", json={"garment": "tube"})
-        time.sleep(0.3)
+        wait_for_jobs(server, f"/api/sessions/{session}", 1)
         held.unlink()
         reply = asked.result()
         assert (reply.status_code, reply.json()["code"]) == (422, "outfit.refused")
@@ -336,6 +346,6 @@ def test_who_watches_is_told_of_what_somebody_changes_by_rest(server, session):
         raise AssertionError("the stream ended")
 
     put = []
-    told = asyncio.run(asyncio.wait_for(watched(), 20.0))
+    told = asyncio.run(asyncio.wait_for(watched(), 60.0))
     assert told.request is None
     assert [one.name for one in told.worn] == ["tube", "tube-2"]

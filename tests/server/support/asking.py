@@ -22,7 +22,7 @@ def refused(reply, status: int, code: str) -> dict:
 def answer_to(live, head: str, parts: Iterable[bytes], path: str = "/api/garments") -> tuple[str, dict, int]:
     """Send a request by hand, until the server has said all it has to say: status line, body, bytes sent."""
     sent = 0
-    with socket.create_connection(("127.0.0.1", live.port), timeout=10.0) as client:
+    with socket.create_connection(("127.0.0.1", live.port), timeout=60.0) as client:
         client.sendall(f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n{head}\r\n\r\n".encode())
         for part in parts:
             client.sendall(part)

@@ -38,11 +38,13 @@ def analytic_runtime(settings: Settings) -> Runtime:
 
 
 def make_app(folder: Path, runtime=analytic_runtime, **settings):
-    """An application whose data and only demo garment, ``tube``, lie in ``folder``."""
+    """An application whose data and only demo garment, ``tube``, lie in ``folder``. A change is waited for as long as a
+    client may have it waited for: whether it is answered by 202 is not up to how busy the machine is."""
     demo = folder / "demo"
     demo.mkdir(exist_ok=True)
     (demo / "tube.json").write_bytes(patterns.as_bytes(patterns.tube()))
-    chosen = Settings(**({"data_dir": folder / "data", "warm": False} | settings))
+    patient = {"answer_seconds": Settings().longest_wait_seconds}
+    chosen = Settings(**({"data_dir": folder / "data", "warm": False} | patient | settings))
     return create_app(chosen, runtime, patterns=demo, web=folder / "web")
 
 
@@ -60,12 +62,12 @@ class LiveServer:
         while not self.server.started:
             assert self.thread.is_alive(), "the server did not start"
             self.thread.join(0.01)
-        self.http = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=30.0)
+        self.http = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=60.0)
 
     def stop(self) -> None:
         self.http.close()
         self.server.should_exit = True
-        self.thread.join(20.0)
+        self.thread.join(60.0)
         assert not self.thread.is_alive(), "the server did not stop"
 
     def open(self, **wishes) -> str:
