@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # loads its optimize, which takes 0.2 s, when that is first asked for
 
 from tryon_solver.geometry import curves
 from tryon_solver.geometry.curves import Points
@@ -128,4 +128,4 @@ def _bulged_to(draft: Draft, edge: Edge, length: float) -> Any:
 
     if excess(0.0) > 0 or excess(BULGE_MAX) < 0:
         return None
-    return bulged(brentq(excess, 0.0, BULGE_MAX, xtol=1e-12))
+    return bulged(scipy.optimize.brentq(excess, 0.0, BULGE_MAX, xtol=1e-12))

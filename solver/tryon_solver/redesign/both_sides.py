@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy  # loads its optimize, which takes 0.2 s, when that is first asked for
 
 from tryon_solver.geometry import curves
 from tryon_solver.geometry.curves import Points
@@ -63,7 +63,7 @@ def _relocated(draft: Draft, dart: edits.Dart, place: Points) -> edits.Dart:
 
         nearest = float(t[np.argmin(np.hypot(*(curve.points(t) - place).T))])
         bounds = (max(0.0, nearest - 1 / SAMPLES), min(1.0, nearest + 1 / SAMPLES))
-        best = minimize_scalar(distance, bounds=bounds, method="bounded", options={"xatol": 1e-10})
+        best = scipy.optimize.minimize_scalar(distance, bounds=bounds, method="bounded", options={"xatol": 1e-10})
         found.append((float(best.fun), index, curves.share_at(curve, float(best.x))))
     _, index, share = min(found)
     return replace(dart, edge=index, position=share)

@@ -6,7 +6,7 @@ from copy import deepcopy
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # loads its optimize, which takes 0.2 s, when that is first asked for
 
 from tryon_solver.geometry import curves, outline
 from tryon_solver.geometry.curves import Points
@@ -101,7 +101,7 @@ def _crossings(draft: Draft, piece: Piece, line: Points) -> list[tuple[Edge, flo
         sides[np.abs(sides) < ROUNDING] = 0
         for k in range(SAMPLES):
             if sides[k] == 0 or sides[k] * sides[k + 1] < 0:
-                at = t[k] if sides[k] == 0 else brentq(side, t[k], t[k + 1], xtol=1e-14)
+                at = t[k] if sides[k] == 0 else scipy.optimize.brentq(side, t[k], t[k + 1], xtol=1e-14)
                 point = curve.points([at])[0]
                 if -SNAP <= (point - line[0]) @ along <= length + SNAP:
                     found.append((edge, float(at), point))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # loads its optimize, which takes 0.2 s, when that is first asked for
 
 from tryon_solver.geometry import curves
 from tryon_solver.geometry.curves import Points
@@ -112,7 +112,7 @@ def _fitted(draft: Draft, piece: Piece, edge: Edge, curve: dict[Edge, curves.Bez
         where = f"{draft.said(edge)}, {own:.1f} cm long and {apart:.1f} cm from the far side of its piece,"
         why = f"can't be fanned to {100 * length:.1f} cm: the piece would turn back on itself"
         raise EditError(f"{where} {why}", "edge", LESS)
-    return Fan(fan.origin, along, up, float(brentq(missing, closed, widest, xtol=1e-15, rtol=1e-15)))
+    return Fan(fan.origin, along, up, float(scipy.optimize.brentq(missing, closed, widest, xtol=1e-15, rtol=1e-15)))
 
 
 def _curvature(draft: Draft, edge: Edge, curve: curves.Bezier, fan: Fan) -> object:
@@ -137,7 +137,9 @@ def _curvature(draft: Draft, edge: Edge, curve: curves.Bezier, fan: Fan) -> obje
     def missing(reach: float) -> float:
         return curves.length(curves.Bezier(controls(reach))) - wanted
 
-    reach = 1 / 3 if abs(missing(1 / 3)) < SAME else float(brentq(missing, 0.0, 1.0, xtol=1e-15, rtol=1e-15))
+    if abs(missing(1 / 3)) < SAME:
+        return bezier_curvature(controls(1 / 3))
+    reach = float(scipy.optimize.brentq(missing, 0.0, 1.0, xtol=1e-15, rtol=1e-15))
     return bezier_curvature(controls(reach))
 
 
