@@ -61,6 +61,22 @@ def test_what_is_told_anew_counts():
     assert told(x, line, 2, out, dim=0) == [8.0, 8.0, -1.0]
 
 
+@pytest.mark.parametrize("dims", [(1, 4, 2, 0, 3), ((3, 1), 2, (2, 2), 4, (4,)), (4, 2**31 + 1, 1), (4, -1, 1)])
+def test_a_launch_of_other_threads_than_before_is_of_those(dims):
+    """Whether there are more or fewer, in one dimension or in two, of which the kernel knows but one."""
+    x, line = floats(range(4)), line_of(1.0, 0.0)
+    out = floats([np.nan] * 4)
+    for dim in dims:
+        out.fill_(-1.0)
+        if dim in (2**31 + 1, -1):
+            with pytest.raises(ValueError, match=r"dim|extent"):
+                told(x, line, 0, out, dim=dim)
+            continue
+        seen = told(x, line, 0, out, dim=dim)
+        many = dim[0] if isinstance(dim, tuple) else dim
+        assert seen == [0.0, 1.0, 2.0, 3.0][:many] + [-1.0] * (4 - many)
+
+
 def test_other_arrays_and_parts_of_one_are_told_apart():
     every, out, line = floats(range(6)), floats([np.nan] * 2), line_of(1.0, 0.0)
     assert told(every[0:2], line, 0, out) == [0.0, 1.0]

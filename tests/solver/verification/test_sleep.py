@@ -10,6 +10,7 @@ from effect_scenes import SCENES
 from scipy.signal import butter, sosfiltfilt
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
+from tryon_solver.linalg import launch as launching
 from tryon_solver.scene import LIVE, WORN, Gravity, Scene, Sleep
 from tryon_solver.simulation import build
 
@@ -117,13 +118,13 @@ def test_what_falls_asleep_would_have_been_at_rest_without_sleep(fallen_asleep):
 def test_asleep_frames_are_equal_bytes_and_nothing_is_solved(asleep, monkeypatch):
     sim = asleep
     cloth, surface, time = sim.cloth_positions().tobytes(), sim.body_positions().tobytes(), sim.state.time
-    launched, launch = set(), wp.Launch.launch
+    launched, launch = set(), launching._Packed.launch
 
-    def recorded(command, *arguments):
-        launched.add(command.kernel.key)
-        return launch(command, *arguments)
+    def recorded(packed, *arguments):
+        launched.add(packed.command.kernel.key)
+        return launch(packed, *arguments)
 
-    monkeypatch.setattr(wp.Launch, "launch", recorded)
+    monkeypatch.setattr(launching._Packed, "launch", recorded)
     for k in range(1, 121):
         report = sim.advance(moved(0.5 * SLEEP.shift * np.sin(k)), time + k * DT)
         assert report.asleep
