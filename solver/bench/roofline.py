@@ -8,7 +8,7 @@ than a streaming copy moves.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from tryon_solver.contact import pooled
 from tryon_solver.contact.broad_phase import NOTHING_KNOWN
 from tryon_solver.contact.found import PAIRS
 from tryon_solver.contact.pairs import add_diagonal
-from tryon_solver.contact.triangle_pairs import pair_triangles_kernel, side_of
+from tryon_solver.contact.triangle_pairs import pair_triangles_kernel
 from tryon_solver.linalg import pcg, pcg_together
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.lanes import lanes_of, shares_of
@@ -137,9 +137,7 @@ def searches(sim: Simulation) -> list[Kernel]:
 
 def search(sim: Simulation, surface: Any, found: Any, name: str) -> Kernel:
     """Of the cloth with one surface, into room of its own."""
-    own, other = side_of(sim.cloth), side_of(surface)
-    for side in (own, other):
-        side.known = wp.full(len(side.faces), NOTHING_KNOWN, dtype=wp.float32, device=sim.device)
+    own, other = anew(sim.cloth), anew(surface)
     triangles, counts = wp.zeros_like(found.triangles), wp.zeros_like(found.counts)
     same = int(surface is sim.cloth)
 
@@ -151,3 +149,9 @@ def search(sim: Simulation, surface: Any, found: Any, name: str) -> Kernel:
     walk()
     answers = int(counts.numpy()[int(PAIRS)])
     return Kernel(name, walk, pair_search(sim.cloth.face_count, surface.face_count, answers))
+
+
+def anew(surface: Any) -> Any:
+    """Its triangles for kernels, of which nothing is known."""
+    known = wp.full(surface.face_count, NOTHING_KNOWN, dtype=wp.float32, device=surface.known.device)
+    return replace(surface, known=known).side

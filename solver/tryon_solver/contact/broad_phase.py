@@ -16,9 +16,9 @@ from tryon_solver.contact.candidates import Candidates
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.found import CLOSE, STENCILS, Found, counted
 from tryon_solver.contact.region import Region
-from tryon_solver.contact.surfaces import Surface
+from tryon_solver.contact.surfaces import Side, Surface
 from tryon_solver.contact.taking_over import take_over
-from tryon_solver.contact.triangle_pairs import Side, pair_triangles, side_of, threads_over
+from tryon_solver.contact.triangle_pairs import pair_triangles, threads_over
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.slots import next_slot
 
@@ -299,8 +299,8 @@ def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, gro
         [
             found.close,
             found.between,
-            side_of(cloth),
-            side_of(other),
+            cloth.side,
+            other.side,
             group,
             region.centre,
             x,

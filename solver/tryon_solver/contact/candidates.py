@@ -293,12 +293,13 @@ def list_near_kernel(
         far = xi + wp.max(MOST_USED * together, sizes.d_hat + together)
         d = distance[c]
         if d <= far:
-            x0 = x[v[0]]
-            x1 = x[v[1]]
-            x2 = x[v[2]]
-            x3 = x[v[3]]
-            d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
-            distance[c] = d
+            if settled == 0:
+                x0 = x[v[0]]
+                x1 = x[v[1]]
+                x2 = x[v[2]]
+                x3 = x[v[3]]
+                d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+                distance[c] = d
             if d <= far:
                 near_out[next_slot(near_count, 0)] = c
                 continue
@@ -313,7 +314,8 @@ def list_near(
 
     All others use up no more than 1/MOST_USED of their gap above their offset and stay out of the barrier's reach,
     wherever in that range their vertices go. If it is `settled` that this move will be taken, or less of it, their
-    distances become what is left then.
+    distances become what is left then; those of the near ones, which a list that is not settled measures, must have
+    been measured at x by one for what the move was before.
     """
     candidates.near_count.zero_()
     threads = candidates.threads

@@ -8,7 +8,7 @@ stencil appears once.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 import warp as wp
@@ -20,6 +20,18 @@ wp.set_module_options({"enable_backward": False})
 
 
 SURFACES_KEPT = 8
+
+
+@wp.struct
+class Side:
+    """A surface's triangles as in `Surface`, for kernels."""
+
+    faces: wp.array(dtype=wp.vec3i)
+    owned: wp.array(dtype=wp.int32)
+    lower: wp.array(dtype=wp.vec3)
+    upper: wp.array(dtype=wp.vec3)
+    budget: wp.array(dtype=wp.float32)
+    known: wp.array(dtype=wp.float32)
 
 
 @dataclass
@@ -68,6 +80,15 @@ class Surface:
         lower, upper, budget = wp.clone(self.lower), wp.clone(self.upper), wp.clone(self.budget)
         known, gained = wp.clone(self.known), wp.clone(self.gained)
         return replace(self, lower=lower, upper=upper, budget=budget, known=known, gained=gained, bvh=None)
+
+    @cached_property
+    def side(self) -> Side:
+        """Its arrays, for kernels."""
+        side = Side()
+        side.faces, side.owned = self.faces, self.owned
+        side.lower, side.upper = self.lower, self.upper
+        side.budget, side.known = self.budget, self.known
+        return side
 
     def refit(self, centre: wp.array, half_way: wp.array, budget: wp.array, margin: float) -> None:
         """Boxes of the triangles and the tree over them, for vertices within `budget` of paths around `centre`.

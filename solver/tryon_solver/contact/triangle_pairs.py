@@ -11,7 +11,7 @@ import warp as wp
 
 from tryon_solver.contact.found import CLOSE, PAIRS, Found
 from tryon_solver.contact.region import Region
-from tryon_solver.contact.surfaces import Surface
+from tryon_solver.contact.surfaces import Side, Surface
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.slots import next_slot
@@ -125,27 +125,6 @@ def overlapped(
     both = grown + other_grown
     room = wp.min(other_upper - lower, upper - other_lower)
     return smallest_of(room[0], room[1], room[2]) >= both
-
-
-@wp.struct
-class Side:
-    """A surface's triangles as in `Surface`, for kernels."""
-
-    faces: wp.array(dtype=wp.vec3i)
-    owned: wp.array(dtype=wp.int32)
-    lower: wp.array(dtype=wp.vec3)
-    upper: wp.array(dtype=wp.vec3)
-    budget: wp.array(dtype=wp.float32)
-    known: wp.array(dtype=wp.float32)
-
-
-def side_of(surface: Surface) -> Side:
-    """Its arrays, as they are."""
-    side = Side()
-    side.faces, side.owned = surface.faces, surface.owned
-    side.lower, side.upper = surface.lower, surface.upper
-    side.budget, side.known = surface.budget, surface.known
-    return side
 
 
 @wp.kernel
@@ -281,7 +260,7 @@ def pair_triangles(
     before. `anew`: nothing is on the list of candidates."""
     assert other.bvh is not None
     device, same = found.counts.device, int(other is cloth)
-    own, others = side_of(cloth), side_of(other)
+    own, others = cloth.side, other.side
     launch(
         pair_triangles_kernel,
         cloth.face_count,
