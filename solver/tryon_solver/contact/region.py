@@ -65,11 +65,13 @@ class Region:
 
         With D the distance of the box around the cloth's anchors, wherever on their ways, from that around the skin's,
         no stencil is nearer than `reach` m while no vertex is further than (D - reach)/2 from its anchor: the list
-        stays empty and complete, until something comes so far. `boxes` (4,) vec3 m is scratch.
+        stays empty and complete, until something comes so far. Where one may go further by itself, nobody is granted
+        anything: what it may meet was looked for with the others where they are. `boxes` (5,) vec3 m is scratch.
         """
         boxes.fill_(wp.vec3(-math.inf))
         count, device = len(self.budget), self.budget.device
-        launch(box_kernel, count, [cloth_count, self.centre, self.half_way], [boxes], device=device)
+        inputs = [cloth_count, self.centre, self.half_way, self.budget]
+        launch(box_kernel, count, inputs, [boxes], device=device)
         launch(part_kernel, count, [boxes, reach], [self.budget], device=device)
 
     def stay_near(self, x: wp.array, x_feasible: wp.array, least: wp.array, furthest: wp.array, slack: float) -> None:
@@ -143,21 +145,25 @@ def box_kernel(
     cloth_count: int,
     centre: wp.array(dtype=wp.vec3),
     half_way: wp.array(dtype=wp.vec3),
+    budget: wp.array(dtype=wp.float32),
     boxes: wp.array(dtype=wp.vec3),
 ):
-    """Largest x and largest -x of the cloth's anchors on their ways, then of the others'."""
+    """Largest x and largest -x of the cloth's anchors on their ways, then of the others', and all their budgets'."""
     i = wp.tid()
     side = wp.where(i < cloth_count, 0, 2)
     way = wp.abs(half_way[i])
     wp.atomic_max(boxes, side, centre[i] + way)
     wp.atomic_max(boxes, side + 1, way - centre[i])
+    wp.atomic_max(boxes, 4, wp.vec3(budget[i]))
 
 
 @wp.kernel
 def part_kernel(boxes: wp.array(dtype=wp.vec3), reach: float, budget: wp.array(dtype=wp.float32)):
     i = wp.tid()
     between = wp.max(wp.max(-boxes[3] - boxes[0], -boxes[1] - boxes[2]), wp.vec3())
-    budget[i] = wp.max(budget[i], 0.5 * (KEPT_APART * wp.length(between) - reach))
+    half = 0.5 * (KEPT_APART * wp.length(between) - reach)
+    if boxes[4][0] <= half:
+        budget[i] = half
 
 
 @wp.kernel

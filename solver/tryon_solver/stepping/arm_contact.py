@@ -53,7 +53,7 @@ def arm_contact(sim: Simulation) -> None:
     sim.group = wp.array(own, dtype=wp.int32, device=device)
     sim.region = region.Region.allocate(sim.all_count, device)
     sim.x_listed, sim.solved = wp.clone(sim.state.x), wp.zeros_like(sim.state.x)
-    sim.boxes = wp.zeros(4, dtype=wp.vec3, device=device)  # m, of all vertices, as in contact/region.py
+    sim.boxes = wp.zeros(5, dtype=wp.vec3, device=device)  # m, of all vertices, as in contact/region.py
     sim.coasting = coasting.Coasting(device)
     sim.deflection = deflect.DeflectionScratch.allocate(sim.all_count, device)
     sim.filtering = filtering.Filtering.allocate(sim.all_count, device, settings.deterministic)

@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 from reference_distances import stencil_distances
 from small_scenes import device_vectors, fabric, layers, turn
 from tangles import Tangle, keys
 
 from tryon_solver.contact import bounds, broad_phase, candidates, found
 from tryon_solver.contact.found import CrowdedError, Found
+from tryon_solver.contact.region import Region
 from tryon_solver.scene import Scene, SelfContact
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
@@ -158,6 +160,29 @@ def test_complete_for_any_shortening_and_any_way_within_the_slack(tangle, rng):
         assert (np.linalg.norm(there - anchor, axis=1) < budget + 1e-6).all()
         closest = np.minimum(closest, tangle.distances(there))
     check_complete(tangle, found, closest)
+
+
+@pytest.mark.parametrize(("largest", "granted"), [(0.01, True), (0.3, True), (0.6, False)])
+def test_what_is_far_apart_is_granted_half_of_what_is_between_unless_somebody_may_go_further(largest, granted):
+    """Cloth 1 m above the skin, and one vertex of it 2 m further up, that may go so far."""
+    count, reach = 4, 0.05
+    region = Region.allocate(2 * count, "cpu")
+    x = np.zeros((2 * count, 3), np.float32)
+    x[:, 0] = np.tile(np.arange(count), 2)
+    x[:count, 1] = 1.0
+    x[0, 1] = 3.0
+    budget = np.full(2 * count, 0.002, np.float32)
+    budget[0] = largest
+    region.centre.assign(x)
+    region.budget.assign(budget)
+    region.part(count, reach, wp.full(5, wp.vec3(np.nan), dtype=wp.vec3, device="cpu"))
+    after = region.budget.numpy()
+    if granted:
+        np.testing.assert_allclose(after, 0.5 * (1.0 - reach), rtol=3e-3)
+    else:
+        np.testing.assert_array_equal(after, budget)
+    between = np.linalg.norm(x[:count, None] - x[None, count:], axis=2)
+    assert (after[:count, None] + after[None, count:] + reach <= between).all()
 
 
 def test_a_list_that_is_extended_is_complete_and_has_nothing_twice(tangle, rng):
