@@ -1,6 +1,8 @@
 """Who may import whom inside the server, read from the source."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -62,6 +64,13 @@ def test_routes_and_streams_see_only_the_interface_of_the_runtime(package):
     allowed = {"tryon_server.runtime.interface", "tryon_server.runtime.order"}
     for path in (ROOT / package).glob("*.py"):
         assert {name for name in imports(path) if name.startswith("tryon_server.runtime")} <= allowed, path
+
+
+def test_a_session_begins_without_what_few_edits_need():
+    """scipy's optimize takes a fifth of a second, and is loaded by the edit that asks for it."""
+    runtime = "tryon_server.runtime.worker, tryon_server.runtime.production"
+    told = f"import sys, {runtime}; print('scipy.optimize' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout == "False\n"
 
 
 def test_no_file_is_where_everything_goes():

@@ -292,18 +292,16 @@ def list_near_kernel(
         xi = offset(v, cloth_count, sizes)
         far = xi + wp.max(MOST_USED * together, sizes.d_hat + together)
         d = distance[c]
+        if d <= far and settled == 0:
+            x0 = x[v[0]]
+            x1 = x[v[1]]
+            x2 = x[v[2]]
+            x3 = x[v[3]]
+            d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+            distance[c] = d
         if d <= far:
-            if settled == 0:
-                x0 = x[v[0]]
-                x1 = x[v[1]]
-                x2 = x[v[2]]
-                x3 = x[v[3]]
-                d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
-                distance[c] = d
-            if d <= far:
-                near_out[next_slot(near_count, 0)] = c
-                continue
-        if settled == 1:
+            near_out[next_slot(near_count, 0)] = c
+        elif settled == 1:
             distance[c] = d - together
 
 

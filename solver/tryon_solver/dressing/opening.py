@@ -191,7 +191,7 @@ def body_girth(body: np.ndarray, faces: np.ndarray, trunk: Trunk, height: float,
     they are left out."""
     edges, above = face_edges(faces), body[:, 1] > height
     edges = edges[above[edges[:, 0]] != above[edges[:, 1]]]
-    edges = np.unique(np.sort(edges, axis=1), axis=0)  # each once: of few, the sort of all takes ten times the rest
+    edges = np.unique(np.sort(edges, axis=1), axis=0)  # of all edges this takes ten times the rest
     a, b = body[edges[:, 0]], body[edges[:, 1]]
     points = a + ((height - a[:, 1]) / (b[:, 1] - a[:, 1]))[:, None] * (b - a)
     if not arms:

@@ -46,7 +46,6 @@ class Strip:
         uv = uv - uv.min(0) - [0, 0.5 * self.wide]
         return garment, np.column_stack([uv[:, 0], np.zeros(len(uv)), -uv[:, 1]])
 
-
     def with_mirror_image(self, edge: float) -> tuple[Garment, np.ndarray]:
         """The same, and its mirror image at x = 0, one piece."""
         half, x = self.meshed(edge)
