@@ -88,6 +88,23 @@ def seated(of: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
     return seats.astype(np.int32), starts.astype(np.int32)
 
 
+def most_of_each_row(matrix: sp.csr_matrix) -> np.ndarray:
+    """(N,) the column of each row's largest entry, of equal ones the first, and 0 of an empty row; no entry is below 0.
+
+    scipy's own `argmax` goes through the rows one by one, in Python.
+    """
+    matrix.sum_duplicates()  # and so the columns of a row ascend
+    lengths = np.diff(matrix.indptr)
+    row = np.repeat(np.arange(len(lengths)), lengths)
+    largest = np.zeros(len(lengths))
+    filled = lengths > 0
+    largest[filled] = np.maximum.reduceat(matrix.data, matrix.indptr[:-1][filled])
+    at = np.flatnonzero(matrix.data == largest[row])[::-1]  # of those that are written to one place the last one stays
+    column = np.zeros(len(lengths), np.int64)
+    column[row[at]] = matrix.indices[at]
+    return column
+
+
 @dataclass
 class Aggregates:
     """`of` (N,) int32, the aggregate of each vertex; `seats` int32, the vertices of the first, then of the next, with
@@ -110,7 +127,7 @@ class Aggregates:
     @staticmethod
     def build(basis: sp.csr_matrix, device: str) -> Aggregates:
         """The vertices that one of `basis` (N, anything) has most of, each time."""
-        of = np.unique(np.asarray(basis.argmax(axis=1)).ravel(), return_inverse=True)[1].astype(np.int32)
+        of = np.unique(most_of_each_row(basis), return_inverse=True)[1].astype(np.int32)
         size = 3 * (int(of.max()) + 1)
         on_gpu = wp.get_device(device).is_cuda
         room = -(-size // PIVOT) * PIVOT if on_gpu else size

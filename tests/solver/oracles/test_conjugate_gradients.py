@@ -14,7 +14,7 @@ import warp as wp
 from tryon_solver.contact.pooled import add_pairs
 from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.linalg import blocks, pcg, pcg_together
-from tryon_solver.linalg.aggregates import Aggregates
+from tryon_solver.linalg.aggregates import Aggregates, most_of_each_row
 from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
@@ -284,6 +284,19 @@ def test_one_iteration_is_one_of_steepest_descent(system):
     z[coupled] = -np.einsum("iab,ib->ia", system.inverse, system.gradient)[coupled]
     length = -(system.gradient * z).sum() / (z.ravel() @ system.dense @ z.ravel())
     assert np.abs(found - length * z)[coupled].max() <= 1e-4 * np.abs(z).max()
+
+
+def test_a_vertex_goes_to_what_it_has_most_of_and_of_equals_to_the_first():
+    matrix = sp.random(500, 9, 0.3, random_state=3, format="csr")
+    matrix.data = np.ceil(4 * matrix.data)  # many are equal, and some rows are empty
+    most = matrix.toarray().argmax(axis=1)
+    assert np.bincount(np.diff(matrix.indptr))[0] > 0
+    shuffled = sp.csr_matrix((matrix.data.copy(), matrix.indices.copy(), matrix.indptr))
+    for begin, end in zip(shuffled.indptr[:-1], shuffled.indptr[1:]):
+        shuffled.data[begin:end] = shuffled.data[begin:end][::-1].copy()
+        shuffled.indices[begin:end] = shuffled.indices[begin:end][::-1].copy()
+    for one in (matrix, shuffled):
+        assert np.array_equal(most_of_each_row(one), most)
 
 
 def test_the_coarse_level_is_of_the_matrix_summed_over_aggregates(system):
