@@ -46,7 +46,7 @@ class AccuracyCase:
 
 
 def scenes(dt: float, **more: Any) -> list[AccuracyCase]:
-    """A tight T-shirt, a layered skirt, a walking dress and more, in steps of `dt` s; seven of them held out."""
+    """A tight T-shirt, a layered skirt, a walking dress and more, in steps of `dt` s; eight of them held out."""
     return [
         AccuracyCase("tshirt", "walk", dt, **more),
         AccuracyCase("tshirt", "squat", dt, size=0.93, **more),
@@ -60,6 +60,7 @@ def scenes(dt: float, **more: Any) -> list[AccuracyCase]:
         AccuracyCase("tshirt", "jumping_jack", dt, fabric="viscose_jersey", held_out=True, **more),
         AccuracyCase("trousers", "jumping_jack", dt, held_out=True, **more),
         AccuracyCase("overshirt", "squat", dt, fabric="cotton_poplin", held_out=True, **more),
+        AccuracyCase("skirt", "squat", dt, fabric="wool_twill", held_out=True, **more),
     ]
 
 
