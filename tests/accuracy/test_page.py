@@ -3,7 +3,7 @@
 from xml.etree import ElementTree
 
 import pytest
-from accuracy_case import AccuracyCase
+from accuracy_case import AccuracyCase, scenes
 from accuracy_data import front, read_results
 from accuracy_estimate import asked_table, estimate_table
 from accuracy_gaps import not_measured
@@ -11,7 +11,7 @@ from accuracy_limits import beyond_ours, within
 from accuracy_page import write_page
 from accuracy_plots import chain
 from accuracy_verdicts import estimate_chapter, order_chapter
-from made_up_runs import ABOUT, about, put, put_presets, rows
+from made_up_runs import ABOUT, about, put, put_presets, put_timed, rows, timed_case
 from recorded import Writer
 
 
@@ -207,6 +207,34 @@ def test_what_has_no_figure_is_listed_and_what_has_one_is_not(tmp_path):
         "Newton's VBD and Style3D of the layered skirt: its ",
         "Newton's VBD and Style3D on a GPU, for which they are made.",
     ]
+
+
+def test_scenes_that_lack_a_family_are_told_and_those_that_have_all_are_not(tmp_path):
+    for case in scenes(1 / 60):
+        put_presets(tmp_path, [(1.0, 1.0)], [(0.5, 0.5)], case=case)
+        if case.garment != "trousers":
+            put(tmp_path, "newton", {"Newton 1 x 60": (about(newton=1), rows("Newton 1 x 60", (1.0, 0)))}, case=case)
+    said = [line for line in not_measured(read_results(tmp_path), []) if "as `--families`" in line]
+    assert said == ["In steps of 1/60 s, as `--families` names it: trousers, jumping jack (newton)."]
+
+
+def test_each_figure_has_its_commit_and_machine(tmp_path):
+    put_presets(tmp_path, [(1.0, 1.0)], [(0.5, 0.5)])
+    put(tmp_path, "peers", {"VBD": (about("vbd", iterations=5), rows("VBD", (0.4, 0), ms=1.0))})
+    (path,) = tmp_path.glob("*peers-cpu.jsonl")
+    path.write_text(path.read_text().replace('"machine": "none"', '"machine": "another"'))
+    Writer(tmp_path / "tailor-one.jsonl", {"about": ABOUT, "tailor": "hem-one"})
+    put_timed(tmp_path, timed_case(11.0, late=3), timed_case(None, late=0), commit="abc")
+    write_page(tmp_path / "page.md", tmp_path)
+    said = (tmp_path / "page.md").read_text()
+    assert (
+        "| case | of it | commit | machine |\n|---|---|---|---|\n"
+        "| a tailor's measures | hem-one | none | none |\n"
+        "| deadlines: tshirt, cart wheel, 20044 vertices, CPU | 11 ms, without one | abc | none |\n"
+        "| skirt, walk, 1/60 s, 600 vertices, 20 states | peers | none | another |\n"
+        "| skirt, walk, 1/60 s, 600 vertices, 20 states | presets | none | none |\n"
+    ) in said
+    assert "timed in different runs, which may not compare, in: skirt, walk, 1/60 s.\n" in said
 
 
 def test_what_was_had_is_told_beside_what_was_asked_for(tmp_path):

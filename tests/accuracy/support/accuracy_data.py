@@ -12,6 +12,7 @@ from accuracy_case import AccuracyCase
 from recorded import Recorded, read_all
 
 Row = Mapping[str, Any]
+Run = tuple[str, str]  # commit and machine
 PRESETS, TRAJECTORY, TIMES = "presets", "trajectory", "times"
 CPU = "cpu"
 OURS = ("ours", "trial")
@@ -19,13 +20,15 @@ OURS = ("ours", "trial")
 
 @dataclass
 class Measured:
-    """One case on one device: rows by method, and of each method its family, its solver and what was varied."""
+    """One case on one device: rows by method, and of each method its family, its solver and what was varied, and of
+    which commit and machine they are."""
 
     case: AccuracyCase
     device: str
     rows: dict[str, list[Row]] = field(default_factory=dict)
     family: dict[str, str] = field(default_factory=dict)
     about: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    run: dict[str, Run] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -85,7 +88,7 @@ class Found:
     trajectories: list[Measured]
     times: list[Measured]
     tailor: list[Row]
-    about: list[Mapping[str, str]]
+    tailor_runs: dict[str, Run]
 
     @property
     def presets(self) -> list[Measured]:
@@ -108,9 +111,10 @@ def read_results(folder: Path) -> Found:
     files = read_all(folder)
     of = {kind: [f for f in files if is_of(f, kind)] for kind in (TRAJECTORY, TIMES)}
     errors = [f for f in files if "case" in f.head and f.head["family"] not in (TRAJECTORY, TIMES) and f.rows]
-    tailor = [row for f in files if "tailor" in f.head for row in f.rows]
-    ways, abouts = fullest(together(of[TRAJECTORY])), [f.head["about"] for f in files]
-    return Found(together(errors), ways, together(of[TIMES]), tailor, abouts)
+    tailor = [f for f in files if "tailor" in f.head]
+    rows = [row for f in tailor for row in f.rows]
+    runs = {f.head["tailor"]: run_of(f.head["about"]) for f in tailor}
+    return Found(together(errors), fullest(together(of[TRAJECTORY])), together(of[TIMES]), rows, runs)
 
 
 def is_of(recorded: Recorded, family: str) -> bool:
@@ -130,7 +134,13 @@ def together(files: Iterable[Recorded]) -> list[Measured]:
                 measured.rows[name] = rows
                 measured.family[name] = recorded.head["family"]
                 measured.about[name] = about
+                measured.run[name] = run_of(recorded.head["about"])
     return list(found.values())
+
+
+def run_of(about: Mapping[str, str]) -> Run:
+    """Commit and machine of a file."""
+    return about["commit"], about["machine"]
 
 
 def front(points: Mapping[str, tuple[float, float]]) -> list[str]:

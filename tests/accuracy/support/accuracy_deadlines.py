@@ -102,8 +102,10 @@ def read_timed(folder: Path) -> list[Timed]:
 
 
 def hurried(timed: Sequence[Timed]) -> list[Timed]:
-    """Those with a deadline."""
-    return [case for case in timed if case.row["deadline_ms"] is not None]
+    """Those with a deadline, of each place the shortest first."""
+    cases = [case for case in timed if case.row["deadline_ms"] is not None]
+    places = list(dict.fromkeys(case.place for case in cases))
+    return sorted(cases, key=lambda case: (places.index(case.place), case.row["deadline_ms"]))
 
 
 def without(case: Timed, timed: Sequence[Timed]) -> list[Timed]:

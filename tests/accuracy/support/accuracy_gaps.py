@@ -12,13 +12,14 @@ from tryon_solver.settings import PRESETS
 
 ASKED = 50  # states of a scene
 PEERS = ("vbd", "style3d")
+TOLD_APART = ("peers", "precision")
 UNSAID = "layered_skirt"  # the garment that Newton can't be told
 
 
 def not_measured(found: Found, timed: Sequence[Timed]) -> list[str]:
     """In words, each."""
     swept = [measured for measured in found.errors if measured.of_solver("trial")]
-    said = [*on_a_gpu(found), *peers_gone(swept), *precision_gone(swept)]
+    said = [*on_a_gpu(found), *families_gone(found), *peers_gone(swept), *precision_gone(swept)]
     said += [*steps_gone(found), *states_gone(found, swept)]
     if not any(times.device == CPU for times in found.times):
         said.append("Times at a garment's scale on a CPU: these columns are empty.")
@@ -55,6 +56,22 @@ def on_a_gpu(found: Found) -> list[str]:
     none = [family for family, (on, _) in scenes_of.items() if not on]
     said = [f"On a GPU, of single steps: {', '.join(some)} (as `--families` names them)."] if some else []
     return said + ([f"On a GPU, of single steps: {', '.join(none)}: all of these are of the CPU."] if none else [])
+
+
+def families_gone(found: Found) -> list[str]:
+    """Scenes that were not measured in each way on the CPU; Newton's solvers and float64 are told of apart."""
+    said = []
+    for dt in dict.fromkeys(measured.case.dt for measured in found.errors if not measured.on_gpu):
+        cases = [measured for measured in found.errors if measured.case.dt == dt and not measured.on_gpu]
+        families = {case.scene: set[str]() for case in scenes(dt)}
+        for measured in cases:
+            families.setdefault(measured.case.scene, set()).update(measured.family.values())
+        every = dict.fromkeys(f for measured in cases for f in measured.family.values() if f not in TOLD_APART)
+        gone = {scene: [f for f in every if f not in there] for scene, there in families.items()}
+        lacking = [f"{scene} ({', '.join(of)})" for scene, of in gone.items() if of]
+        if lacking:
+            said.append(f"In steps of 1/{1 / dt:.0f} s, as `--families` names it: {'; '.join(lacking)}.")
+    return said
 
 
 def peers_gone(swept: Sequence[Measured]) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from accuracy_data import Found, Measured, read_results
+from accuracy_data import Found, Measured, read_results, table
 from accuracy_deadlines import HELD, STRETCHED, Timed, deadline_chapter, deadline_table, read_timed
 from accuracy_estimate import asked_table, estimate_lines, estimate_table
 from accuracy_gaps import not_measured
@@ -84,16 +84,26 @@ def markdown(found: Found, timed: list[Timed], chapters: list[Chapter], drawn: d
         lines += section("Ways that begin together", TRAJECTORY_SAID, trajectory_table(found))
     if found.tailor:
         lines += section("Discretisation, by a tailor's measures", TAILOR_SAID, tailor_tables(found.tailor))
-    lines += section("Runs", [], run_lines(found, timed))
+    lines += section("Runs", RUNS_SAID, run_table(found, timed))
     if swept:
         lines += ["", f"Every settings of every case: [settings.md]({beside}/settings.md)."]
     return "\n".join(lines).rstrip() + "\n"
 
 
-def run_lines(found: Found, timed: list[Timed]) -> list[str]:
-    """Of which commits and machines all of it is."""
-    abouts = [*found.about, *(case.about for case in timed)]
-    return [f"- {what}: {'; '.join(sorted({about[what] for about in abouts}))}" for what in ("commit", "machine")]
+def run_table(found: Found, timed: list[Timed]) -> list[str]:
+    """Of which commit and machine each figure is."""
+    rows: dict[tuple[str, str, str], list[str]] = {}
+    for measured in (*found.errors, *found.trajectories, *found.times):
+        case = f"{measured.name}, {measured.case.vertices} vertices, {measured.case.states} states"
+        for name, run in measured.run.items():
+            rows.setdefault((case, *run), []).append(measured.family[name])
+    for name, run in found.tailor_runs.items():
+        rows.setdefault(("a tailor's measures", *run), []).append(name)
+    for case in timed:
+        of = f"deadlines: {case.place}", str(case.about["commit"]), str(case.about["machine"])
+        rows.setdefault(of, []).append(f"{case.deadline} ms" if case.row["deadline_ms"] else "without one")
+    shown = [(case, ", ".join(dict.fromkeys(of)), commit, machine) for (case, commit, machine), of in rows.items()]
+    return table(("case", "of it", "commit", "machine"), sorted(shown))
 
 
 def swept_cases(found: Found) -> list[Measured]:
@@ -122,12 +132,13 @@ PROMISES_SAID = [
     "Dialled are steps that were asked for an accuracy, of whatever size.",
 ]
 PREFACE = [
-    "Written by `python tests/accuracy --document`; nothing here is typed by hand. Each solver takes one step from",
-    "each of the states that a float64 Newton IPC reference goes through in a garment's motion, and is held to where",
-    "the reference is after the same step. Scenes with `on a GPU` in their names are of steps taken there; the others,",
-    "and the reference, are of the CPU. Times of single steps are of small garments, on a CPU in processor time of all",
-    "threads, but by the clock in runs before aa0d95dd, as on a GPU; they compare within a case. Times at a garment's",
-    "scale are measured apart.",
+    "Written by `python tests/accuracy --document`: every figure, count and verdict is computed from the kept runs,",
+    "and what is said around them stands in the program that writes it. Each solver takes one step from each of the",
+    "states that a float64 Newton IPC reference goes through in a garment's motion, and is held to where the",
+    "reference is after the same step. Scenes with `on a GPU` in their names are of steps taken there; the others,",
+    "and the reference, are of the CPU. Times of single steps are of small garments, on a CPU in processor time of",
+    "all threads, but by the clock in runs before aa0d95dd, as on a GPU; they compare within a case as far as that is",
+    "of one run, which the last chapter tells. Times at a garment's scale are measured apart.",
 ]
 PRESETS_SAID = [
     "All presets take the same steps here, also those whose own are shorter; estimates are judged of the others.",
@@ -192,10 +203,19 @@ OTHERS_SAID = [
 TRAJECTORY_SAID = [
     "RMS [mm] between a run at a preset and the reference's, which begin in the same state and go on by themselves.",
 ]
+RUNS_SAID = [
+    "Each is made anew by `python tests/accuracy --scenes SCENE --rates N --vertices N --states N --families NAME`,",
+    "with `--device cuda:0` on a GPU, at a garment's scale `--times` in place of families, a tailor's by `--tailor",
+    "NAME`, deadlines by `python solver/bench --motions M --vertices N --fps N --seconds S --longest S --deadlines",
+    "MS`. Where the program ran beside no repository, and of what else a machine did meanwhile, who ran it has told.",
+]
 TAILOR_SAID = [
-    "Cloth at rest at preset `live`, with one size changed. Drape coefficient: Cusick's test, a disc of 300 mm of wool",
-    "twill on a pedestal of 180 mm. Settled drape: the same disc at each preset, held to the float64 reference after",
-    "as many steps; `off` is RMS [mm]. Bending length: of a cantilever, by the heavy elastica. Wrinkle wavelength: of",
-    "a stretched sheet whose width is gathered, after Cerda and Mahadevan 2003. Hem: of a skirt over the floor;",
-    "`waves` is how much it goes up and down, RMS [mm].",
+    "Cloth at rest at preset `live`, with one size changed. Drape coefficient: Cusick's test, a disc of 300 mm of",
+    "wool twill on a pedestal of 180 mm. Settled drape: the same disc at each preset, held to the float64 reference",
+    "after as many steps; `off` is RMS [mm]. Bending length: of a cantilever, held to the heavy elastica. Wrinkle",
+    "wavelength: of a stretched sheet whose width is gathered, held to the scaling law of Cerda and Mahadevan 2003,",
+    "which is an approximation. Hem: of a skirt over the floor; `waves` is how much it goes up and down, RMS [mm].",
+    "Speed is RMS over the cloth at the end of the time that it was given to come to rest. Where a measure changes",
+    "with the number of folds, that is what changed: the length of a step decides which of several balances cloth",
+    "falls into. No measure here is of cloth in motion.",
 ]

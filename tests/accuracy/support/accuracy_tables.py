@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from accuracy_data import CPU, Found, Measured, Row, digits, front, geometric_mean, ratios, table
 from accuracy_limits import OTHERS, WITHIN, beyond_ours, title, within
 from accuracy_plots import CHAINS, at_scale, chain, scale_ms
+from discretisation_rest import STILL
 
 from tryon_solver.settings import PRESETS
 
@@ -29,6 +31,7 @@ HEAD = (
 )
 BY_BUDGET = "draft by its budget"  # in earlier runs, before it ended where it is near enough to balance
 AT_SCALE = ("draft", BY_BUDGET, "live", "fit", "reference")  # presets, in the order of what they cost
+SPEED = "speed [m/s]"
 CHAIN_STEPS = ("accuracy", "newton", "passes", "cycles", "iterations", "substeps")
 
 
@@ -294,6 +297,12 @@ def trajectory_table(found: Found) -> list[str]:
     return table(("scene", "settings", *(f"after {t:g} s" for t in tenths), "crossed"), rows)
 
 
+def tailor_cell(name: str, value: Any) -> str:
+    """Of a figure beside a measure; cloth that had not come to rest is said to move."""
+    said = digits(value) if isinstance(value, float | int) else str(value)
+    return f"{said}, moves" if name == "speed" and value > STILL else said
+
+
 def tailor_tables(rows: Sequence[Row]) -> list[str]:
     """By measure and by what was varied; changes are to the finest."""
     lines: list[str] = []
@@ -305,7 +314,8 @@ def tailor_tables(rows: Sequence[Row]) -> list[str]:
         known = ("measure", "unit", "varied", "value", "at", "exact", "vertices")
         more = list(dict.fromkeys(name for row in of for name in row if name not in known))
         counted = () if varied == "vertices" else ("vertices",)
-        head = (varied, *counted, f"{measure} [{of[0]['unit']}]", "exact", "from the last", *more)
+        titles = (SPEED if name == "speed" else name for name in more)
+        head = (varied, *counted, f"{measure} [{of[0]['unit']}]", "held to", "from the last", *titles)
         cells = [
             (
                 digits(row["at"]),
@@ -313,7 +323,7 @@ def tailor_tables(rows: Sequence[Row]) -> list[str]:
                 digits(row["value"], 4),
                 digits(row["exact"], 4),
                 f"{100 * (row['value'] / of[-1]['value'] - 1):+.1f} %",
-                *(digits(row[name]) if isinstance(row.get(name), float | int) else row.get(name, "-") for name in more),
+                *(tailor_cell(name, row.get(name, "-")) for name in more),
             )
             for row in of
         ]

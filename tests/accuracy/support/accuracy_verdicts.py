@@ -247,7 +247,14 @@ def fronts_told(lost: Sequence[Lost]) -> list[str]:
         )
     head = ("scene", "theirs", "ms", "mm", "crossed", "ours in no more time [mm]", "ours at its fastest", "ms")
     head = (*head, "of it correction and check", "mm", "PD alone at its fastest [ms]", "PD alone in no more time [mm]")
-    return [*lost_said(lost), "", *table(head, rows)]
+    return [*lost_said(lost), "", *table(head, rows), *timed_apart(lost)]
+
+
+def timed_apart(lost: Sequence[Lost]) -> list[str]:
+    """Scenes in which theirs and ours are of different runs, so that times need not compare."""
+    apart = [m.name for m, name, *_ in lost if any(m.run[own] != m.run[name] for own in m.of_solver("ours"))]
+    scenes = "; ".join(dict.fromkeys(apart))
+    return ["", f"Theirs and ours were timed in different runs, which may not compare, in: {scenes}."] * bool(apart)
 
 
 def trials(measured: Measured, name: str) -> list[tuple[float, float]]:
