@@ -41,7 +41,6 @@ from .messages import (
     PoseMessage,
     RedoMessage,
     RemoveEffectMessage,
-    ReportMessage,
     ServerMessage,
     SetAccuracyMessage,
     SetEffectMessage,
@@ -54,6 +53,7 @@ from .messages import (
     WelcomeMessage,
 )
 from .outfit_messages import OutfitMessage, OutfitWish, PutOnMessage, ReorderMessage, TakeOffMessage, WornGarment
+from .report_messages import MOST_PRICES, FramePrice, ReportMessage
 from .skinning import Skinner
 from .topology import BodySurface, Topology
 from .validation import Skeleton, TrackedPose, validate_pose, validate_skeleton, validate_tracked_pose
@@ -67,6 +67,7 @@ __all__ = [
     "KEYFRAME_INTERVAL",
     "MAJOR_VERSION",
     "MAX_CLIENT_MESSAGE_BYTES",
+    "MOST_PRICES",
     "POSE_CLOCK",
     "POSE_CONVENTION",
     "POSE_FRAME",
@@ -94,6 +95,7 @@ __all__ = [
     "FrameDecoder",
     "FrameEncoder",
     "FrameHeader",
+    "FramePrice",
     "GarmentTopology",
     "GoodbyeMessage",
     "HelloMessage",

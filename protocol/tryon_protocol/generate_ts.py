@@ -17,7 +17,7 @@ from typing import Any, get_args
 
 from msgspec import NODEFAULT, inspect
 
-from . import conventions, effect_messages, frames, grid, messages, outfit_messages, window
+from . import conventions, effect_messages, frames, grid, messages, outfit_messages, report_messages, window
 
 OUTPUT = Path(__file__).resolve().parents[1] / "ts" / "src" / "generated.ts"
 _SCALARS: dict[type[inspect.Type], str] = {
@@ -41,7 +41,7 @@ def typescript() -> str:
     nested = [
         *(messages.ArrayData, messages.GarmentTopology, messages.ClothTopology, messages.BodyTopology),
         *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignPatch),
-        messages.ChangeStatus,
+        *(messages.ChangeStatus, report_messages.FramePrice),
         *(messages.DesignEdit, effect_messages.EffectState, effect_messages.KeptEffect, outfit_messages.WornGarment),
     ]
     structs: list[inspect.StructType] = []

@@ -12,6 +12,7 @@ from msgspec import Struct
 from . import effect_messages as effects
 from . import messages as m
 from . import outfit_messages as outfits
+from . import report_messages as reports
 from .control import encode
 from .conventions import CONVENTIONS
 from .encoder import FrameEncoder
@@ -148,7 +149,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
                 ),
             ),
         ),
-        m.ReportMessage(
+        reports.ReportMessage(
             seq=640,
             t_sim=11.9375,
             iterations=6,
@@ -167,6 +168,10 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             asleep=True,
             error=0.00075,
             late_ms=0.5,
+            solved=(
+                reports.FramePrice(solver_ms=40.5, error=None),
+                reports.FramePrice(solver_ms=61.5, error=0.00075, late_ms=0.5),
+            ),
         ),
         m.EffectsMessage(
             effects=_effects(),

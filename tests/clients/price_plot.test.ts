@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import type { ReportMessage } from "@tryon/protocol";
+import type { FramePrice, ReportMessage } from "@tryon/protocol";
 import { decadeAxis, evenAxis } from "../../clients/core/src/axis.ts";
 import { accuracyAt, DIAL_END, positionOf } from "../../clients/core/src/dial.ts";
 import { PriceLog } from "../../clients/core/src/price_log.ts";
@@ -55,12 +55,17 @@ test("the dial goes from 0.01 to 3 mm in round numbers, evenly by their logarith
   assert.equal(positionOf(0.1), DIAL_END);
 });
 
-test("the newest prices are kept, of frames that were solved and whose error is known", () => {
+test("the newest prices are kept, of all frames that reports tell of, whose error is known", () => {
   const log = new PriceLog(3);
-  for (const solver_ms of [1, 2, 3, 4]) assert.ok(log.add({ ...REPORT, solver_ms }, 11));
-  assert.deepEqual(log.prices.map(({ solverMs }) => solverMs), [2, 3, 4]);
-  assert.deepEqual(log.prices[2], { errorMm: 0.125, solverMs: 4, lateMs: 0, deadlineMs: 11 });
-  for (const left of [{ asleep: true }, { error: null }, { error: 0 }]) assert.equal(log.add({ ...REPORT, ...left }, null), false);
+  const told = (...solved: FramePrice[]) => log.add({ ...REPORT, solved }, 11);
+  assert.ok(told({ solver_ms: 1, error: 1e-4 }, { solver_ms: 2, error: null }, { solver_ms: 3, error: 0 }, { solver_ms: 4, error: 1.25e-4, late_ms: 0.5 }));
+  assert.deepEqual(log.prices.map(({ solverMs }) => solverMs), [1, 4]);
+  assert.deepEqual(log.prices[1], { errorMm: 0.125, solverMs: 4, lateMs: 0.5, deadlineMs: 11 });
+  assert.ok(told({ solver_ms: 5, error: 1e-4 }, { solver_ms: 6, error: 1e-4 }));
+  assert.deepEqual(log.prices.map(({ solverMs }) => solverMs), [4, 5, 6]);
+  assert.equal(log.prices[2].lateMs, 0);
+  assert.equal(told({ solver_ms: 7, error: null }), false);
+  assert.equal(told(), false);
   assert.equal(log.prices.length, 3);
   log.reset();
   assert.deepEqual(log.prices, []);

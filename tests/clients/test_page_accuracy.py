@@ -254,7 +254,7 @@ def test_a_bad_deadline_is_told_beside_the_field_and_not_sent(page, studio):
     wait_for(page, lambda: ask(studio, page)["deadline_ms"] is None)
 
 
-def test_the_plot_has_lines_at_what_is_asked_for_and_a_dot_for_each_report(page):
+def test_the_plot_has_lines_at_what_is_asked_for_and_a_dot_for_each_frame(page):
     assert page.locator("#price-plot .deadline, #price-plot .asked").count() == 0
     dial_to(page, "0.1 mm")
     page.locator("#deadlines button", has_text="100").click()

@@ -93,6 +93,22 @@ def test_accuracy_and_deadline_are_those_of_the_newest_command_in_every_garment(
     assert list(dict.fromkeys(error for error, _ in told)) == [2.5e-4, 1e-4, 2e-4]
 
 
+def test_reports_tell_of_each_frame_that_was_solved_since_the_one_before():
+    bought = (0.6, BuyAccuracy(2e-4, 0.0015))
+    connection = work([(0.0, allow(1000)), (0.0, Run(True)), bought], until=2.0, fabric="denim")
+    reports = [event.report for event in of(connection, Reported)]
+    newest = reports[-1]
+    told = [price for report in reports for price in report.solved]
+    solved = [frame for frame in frames(connection)[1:] if frame.seq <= newest.seq]  # the first is as dressed
+    assert len(told) == len(solved) > 10 * len(reports)
+    assert all((r.solved[-1].error, r.solved[-1].late_ms) == (r.error, r.late_ms) for r in reports)
+    assert newest.solved[-1].solver_ms == newest.solver_ms
+    assert {price.error for price in told} == {2.5e-4, 2e-4}
+    assert [price.late_ms for price in newest.solved] == pytest.approx([0.5] * len(newest.solved))
+    asleep = work([(0.0, allow(1000)), (0.0, Run(True))], until=1.0, fabric="resting")
+    assert of(asleep, Reported)[-1].report.solved == ()
+
+
 def test_while_the_garment_sleeps_reports_say_so_and_frames_go_on_by_the_clock():
     connection = work([(0.0, allow(1000)), (0.0, Run(True))], until=1.0, fabric="resting")
     assert of(connection, Reported)[-1].report.asleep

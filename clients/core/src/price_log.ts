@@ -12,26 +12,28 @@ export interface Price {
   readonly deadlineMs: number | null;
 }
 
-/** The prices of the newest reports, oldest first. */
+/** The prices of the newest frames that reports told of, oldest first. */
 export class PriceLog {
   private readonly kept: Price[] = [];
 
-  constructor(private readonly capacity = 120) {}
+  constructor(private readonly capacity = 600) {}
 
   get prices(): readonly Price[] {
     return this.kept;
   }
 
   /**
-   * Keeps what a report tells, while this deadline stands. One of a garment that is asleep is left out, since nothing was solved for its frame, and
-   * one without an estimate, or with none above 0, which has no logarithm.
-   * @returns whether it was kept
+   * Keeps what a report tells of all frames since the one before, while this deadline stands. One without an estimate is left out, and one with
+   * none above 0, which has no logarithm.
+   * @returns whether any was kept
    */
-  add({ error, solver_ms: solverMs, late_ms: lateMs = 0, asleep = false }: ReportMessage, deadlineMs: number | null): boolean {
-    if (asleep || typeof error !== "number" || error <= 0) return false;
-    this.kept.push({ errorMm: 1000 * error, solverMs, lateMs, deadlineMs });
-    if (this.kept.length > this.capacity) this.kept.shift();
-    return true;
+  add({ solved = [] }: ReportMessage, deadlineMs: number | null): boolean {
+    const known = solved.flatMap(({ error, solver_ms: solverMs, late_ms: lateMs = 0 }) =>
+      error === null || error <= 0 ? [] : [{ errorMm: 1000 * error, solverMs, lateMs, deadlineMs }],
+    );
+    this.kept.push(...known);
+    this.kept.splice(0, this.kept.length - this.capacity);
+    return known.length > 0;
   }
 
   reset(): void {

@@ -143,7 +143,7 @@ export class AccuracyPanel {
     this.plot.draw(prices, this.desk.choice);
     setText(byId("price-newest"), inWords(prices.at(-1), this.desk.choice.deadlineMs));
     const late = prices.filter(({ lateMs }) => lateMs > 0).length;
-    setText(byId("price-late"), late ? `${late} of ${prices.length} reported frames came late` : "");
+    setText(byId("price-late"), late ? `${late} of the last ${prices.length} frames came late` : "");
   }
 }
 

@@ -151,6 +151,16 @@ export interface ChangeStatus {
   progress?: number | null;
 }
 
+/** What accuracy one frame was solved to, and what that took. */
+export interface FramePrice {
+  /** ms of wall time from pose taken to frame solved */
+  solver_ms: number;
+  /** m, as `report.error`; null: unknown */
+  error: number | null;
+  /** as `report.late_ms`. Default: 0 */
+  late_ms?: number;
+}
+
 /** An edit that was made and is kept. */
 export interface DesignEdit {
   /** its number in this session; never given twice */
@@ -606,6 +616,11 @@ export interface ReportMessage {
   error?: number | null;
   /** ms that solving took beyond `status.deadline_ms`. Default: 0 */
   late_ms?: number;
+  /**
+   * each frame solved since the report before, published or not, the oldest first, of more than 256 the newest;
+   * none of a garment asleep. Default: []
+   */
+  solved?: readonly FramePrice[];
 }
 
 /**

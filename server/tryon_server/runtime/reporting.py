@@ -3,15 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
-from tryon_protocol import ReportMessage
+from tryon_protocol import FramePrice, ReportMessage
 from tryon_server.runtime.drape import StepFacts
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.sources import Move
 
 
-def report_of(facts: StepFacts, move: Move, solver_ms: float, seq: int, meter: Meter, now: float) -> ReportMessage:
-    """The message for frame `seq`: of a move's facts, which took `solver_ms` ms, at `now` s on the meter's clock."""
+def price_of(facts: StepFacts, solver_ms: float) -> FramePrice:
+    """What a frame was solved to, and what that took: `solver_ms` ms."""
+    return FramePrice(solver_ms=solver_ms, error=error_of(facts), late_ms=1e3 * facts.late)
+
+
+def error_of(facts: StepFacts) -> float | None:
+    """m, None where it isn't known."""
+    return facts.error if math.isfinite(facts.error) else None
+
+
+def report_of(
+    facts: StepFacts,
+    move: Move,
+    solver_ms: float,
+    seq: int,
+    meter: Meter,
+    now: float,
+    solved: Iterable[FramePrice],
+) -> ReportMessage:
+    """The message for frame `seq`: of a move's facts, which took `solver_ms` ms, at `now` s on the meter's clock, and
+    of all frames `solved` since the one before."""
     near = facts.pairs > 0 and math.isfinite(facts.min_gap)
     return ReportMessage(
         seq=seq,
@@ -30,6 +50,7 @@ def report_of(facts: StepFacts, move: Move, solver_ms: float, seq: int, meter: M
         real_time_factor=meter.real_time_factor,
         advice=facts.advice,
         asleep=facts.asleep,
-        error=facts.error if math.isfinite(facts.error) else None,
+        error=error_of(facts),
         late_ms=1e3 * facts.late,
+        solved=tuple(solved),
     )

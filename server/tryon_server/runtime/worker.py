@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -15,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from tryon_protocol import ProtocolError
+from tryon_protocol import MOST_PRICES, FramePrice, ProtocolError
 from tryon_server.problems import ProblemError
 from tryon_server.runtime.arming import Armoury
 from tryon_server.runtime.beside import Beside
@@ -33,7 +34,7 @@ from tryon_server.runtime.preset_desk import PresetDesk
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.redesign import history_of
 from tryon_server.runtime.remaking import Remaking
-from tryon_server.runtime.reporting import report_of
+from tryon_server.runtime.reporting import price_of, report_of
 from tryon_server.runtime.source_choice import chosen_source
 from tryon_server.runtime.sources import Move, PoseSource, StillSource
 from tryon_server.runtime.telling import NowAndThen, Teller
@@ -131,6 +132,7 @@ class Worker(PatternWorker):
         self._failures = 0
         self._last_look = clock()
         self._last_report = -math.inf
+        self._prices: deque[FramePrice] = deque(maxlen=MOST_PRICES)  # of frames solved since then
 
     def run(self) -> None:
         """Until the connection closes, which raises EOFError or a kind of OSError."""
@@ -322,6 +324,8 @@ class Worker(PatternWorker):
         self._publisher.show(move)
         self._cost = self._clock() - begun
         self._solved = (facts, move, 1e3 * self._cost)
+        if not facts.asleep:
+            self._prices.append(price_of(facts, 1e3 * self._cost))
         self._see_caught(facts, move.dt)
         return True
 
@@ -355,7 +359,8 @@ class Worker(PatternWorker):
             return
         facts, move, solver_ms = self._solved
         self._solved, self._last_report = None, now
-        report = report_of(facts, move, solver_ms, self._publisher.last_seq, self._meter, now)
+        report = report_of(facts, move, solver_ms, self._publisher.last_seq, self._meter, now, self._prices)
+        self._prices.clear()
         self._tell(Reported(report))
 
     def _trouble(self, code: str, place: str, message: str, remedy: str) -> None:
