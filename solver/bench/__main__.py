@@ -211,10 +211,11 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def about(options: argparse.Namespace) -> dict[str, str]:
     """What the table was made with."""
+    ended = f", or as much of it as comes in {options.longest:g} s" if math.isfinite(options.longest) else ""
     return {
         "machine": machine_of(options.device),
         "commit": commit_of(ROOT),
-        "frames": f"{options.fps:g} a second, {options.seconds:g} s of the motion, which repeats",
+        "frames": f"{options.fps:g} a second, {options.seconds:g} s of the motion, which repeats{ended}",
     }
 
 

@@ -385,6 +385,8 @@ def test_accuracy_and_deadline_of_a_live_session_are_chosen_and_told(live):
         ({"deadline": 11}, "deadline"),
     ):
         assert refused(live.http.put(address, json=wish), 422, "request.invalid")["place"] == place
+    remedy = refused(live.http.put(address, json={"accuracy": 2}), 422, "request.invalid")["remedy"]
+    assert remedy.startswith("Of 'accuracy' it expects: m: the estimated RMS error"), "and no millimetres"
     none = live.http.put(address, content='{"accuracy": NaN}', headers={"Content-Type": "application/json"})
     assert "finite number" in refused(none, 422, "request.invalid")["message"]
     live.http.delete(f"/api/sessions/{session['id']}")

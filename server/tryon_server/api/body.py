@@ -91,6 +91,9 @@ def read_json(content: bytes, kind: type[Request]) -> Request:
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
     message, remedy = f"the request is not as expected: {first['msg']}", "See /openapi.json for what this address takes"
     place = ".".join(str(part) for part in first["loc"]) or "$"
+    field = kind.model_fields.get(str(first["loc"][0])) if first["loc"] else None
+    if field is not None and field.description:
+        remedy = f"Of {first['loc'][0]!r} it expects: {field.description}. {remedy}"
     if first["type"] == "json_invalid":
         found = WHERE.search(first["msg"])
         place = f"line {found[1]} column {found[2]}" if found else "$"
