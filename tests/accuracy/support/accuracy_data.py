@@ -15,6 +15,7 @@ Row = Mapping[str, Any]
 Run = tuple[str, str]  # commit and machine
 PRESETS, TRAJECTORY, TIMES = "presets", "trajectory", "times"
 CPU = "cpu"
+USUAL_VERTICES = 600  # about, of the meshes that single steps are taken with
 OURS = ("ours", "trial")
 
 
@@ -32,8 +33,9 @@ class Measured:
 
     @property
     def name(self) -> str:
-        """In words."""
-        return f"{self.case.scene}, {self.step}"
+        """In words; at a garment's scale the mesh is told beside it."""
+        other = self.case.vertices != USUAL_VERTICES and TIMES not in self.family.values()
+        return f"{self.case.scene}, " + f"{self.case.vertices} vertices, " * other + self.step
 
     @property
     def step(self) -> str:

@@ -94,14 +94,16 @@ def run_table(found: Found, timed: list[Timed]) -> list[str]:
     """Of which commit and machine each figure is."""
     rows: dict[tuple[str, str, str], list[str]] = {}
     for measured in (*found.errors, *found.trajectories, *found.times):
-        case = f"{measured.name}, {measured.case.vertices} vertices, {measured.case.states} states"
+        of = measured.case
+        case = f"{of.scene}, {measured.step}, {of.vertices} vertices, {of.states} states"
         for name, run in measured.run.items():
             rows.setdefault((case, *run), []).append(measured.family[name])
     for name, run in found.tailor_runs.items():
         rows.setdefault(("a tailor's measures", *run), []).append(name)
     for case in timed:
-        of = f"deadlines: {case.place}", str(case.about["commit"]), str(case.about["machine"])
-        rows.setdefault(of, []).append(f"{case.deadline} ms" if case.row["deadline_ms"] else "without one")
+        run = str(case.about["commit"]), str(case.about["machine"])
+        asked = f"{case.deadline} ms" if case.row["deadline_ms"] else "without one"
+        rows.setdefault((f"deadlines: {case.place}", *run), []).append(asked)
     shown = [(case, ", ".join(dict.fromkeys(of)), commit, machine) for (case, commit, machine), of in rows.items()]
     return table(("case", "of it", "commit", "machine"), sorted(shown))
 
