@@ -215,7 +215,8 @@ def sweep_table(measured: Measured) -> list[str]:
     """Every method of a case, by time."""
     points = {name: measured.point(name) for name in measured.rows}
     ours = front({name: points[name] for name in measured.of_solver("ours")})
-    head = ("settings", "ms p50", "RMS p50 [mm]", "largest p50 [mm]", "strain [%]", "normal", "crossed", "on our front")
+    errors = ("RMS p50 [mm]", "largest p50 [mm]", "strain [%]", "normal [degrees]")
+    head = ("settings", "ms p50", *errors, "crossed", "on our front")
     rows = []
     for name in sorted(points, key=lambda n: points[n]):
         of = measured.rows[name]
