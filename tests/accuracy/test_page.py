@@ -12,6 +12,7 @@ from accuracy_page import write_page
 from accuracy_plots import chain
 from accuracy_verdicts import estimate_chapter, order_chapter
 from made_up_runs import ABOUT, about, put, put_presets, put_timed, rows, timed_case
+from provenance import commit_of, machine_of
 from recorded import Writer
 
 
@@ -291,3 +292,12 @@ def test_ways_of_one_scene_are_told_once_by_the_case_with_more_states(tmp_path):
         put(tmp_path, "trajectory", {"draft": (about(), rows("draft", *[(error, error)] * 7))}, case=case)
     (measured,) = read_results(tmp_path).trajectories
     assert measured.rows["draft"][6]["error"] == 2.5
+
+
+def test_where_no_repository_is_who_runs_it_tells_the_commit_and_what_else_the_machine_did(tmp_path, monkeypatch):
+    assert commit_of(tmp_path) == "unknown"
+    assert machine_of("cpu").endswith(" processors, device cpu")
+    monkeypatch.setenv("MEASURED_COMMIT", "abc")
+    monkeypatch.setenv("MEASURED_BESIDE", "two others")
+    assert commit_of(tmp_path) == "abc"
+    assert machine_of("cpu").endswith(" processors, device cpu, two others")
