@@ -159,7 +159,7 @@ LEFT_OUT_SAID = [
 ]
 ESTIMATE_SAID = [
     "Of all presets, steps as long as the case's. What is judged further below are steps no longer than the preset's",
-    "own: of 1/30 s at `draft` alone, and none at `fit` and `reference`.",
+    "own: of 1/30 s at `draft` alone, of 1/60 s at `draft` and `live`, of 1/120 s at all.",
 ]
 ASKED_SAID = [
     "All scenes together, held out or not, on the CPU. The correction goes on until it is as near as was asked for by",
