@@ -135,7 +135,8 @@ def order_chapter(found: Found) -> Chapter:
         for m, back in zip(of, backs, strict=True)
         if back
     ]
-    return Chapter("The presets' order", verdicts, [*told, *rms_told(cases)])
+    beside = rms_told(cases)
+    return Chapter("The presets' order", verdicts, [*told, *([""] if told and beside else []), *beside])
 
 
 def medians(measured: Measured, figure: str) -> dict[str, float]:
