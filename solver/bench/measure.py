@@ -67,6 +67,7 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
     body = sim.scene.body
     return {
         **case.plain(),
+        "motion": Path(case.motion).stem,  # a file's place says nothing on another machine
         "machine": str(wp.get_device(case.device).name),
         "cloth_vertices": sim.cloth_count,
         "triangles": len(sim.scene.garment.faces),

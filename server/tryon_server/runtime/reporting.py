@@ -13,12 +13,8 @@ from tryon_server.runtime.sources import Move
 
 def price_of(facts: StepFacts, solver_ms: float) -> FramePrice:
     """What a frame was solved to, and what that took: `solver_ms` ms."""
-    return FramePrice(solver_ms=solver_ms, error=error_of(facts), late_ms=1e3 * facts.late)
-
-
-def error_of(facts: StepFacts) -> float | None:
-    """m, None where it isn't known."""
-    return facts.error if math.isfinite(facts.error) else None
+    error = facts.error if math.isfinite(facts.error) else None
+    return FramePrice(solver_ms=solver_ms, error=error, late_ms=1e3 * facts.late)
 
 
 def report_of(
@@ -32,6 +28,7 @@ def report_of(
 ) -> ReportMessage:
     """The message for frame `seq`: of a move's facts, which took `solver_ms` ms, at `now` s on the meter's clock, and
     of all frames `solved` since the one before."""
+    price = price_of(facts, solver_ms)
     near = facts.pairs > 0 and math.isfinite(facts.min_gap)
     return ReportMessage(
         seq=seq,
@@ -45,12 +42,12 @@ def report_of(
         pairs=facts.pairs,
         retries=facts.retries,
         times_ms=dict(facts.times_ms),
-        solver_ms=solver_ms,
+        solver_ms=price.solver_ms,
         frames_per_second=meter.frames_per_second(now),
         real_time_factor=meter.real_time_factor,
         advice=facts.advice,
         asleep=facts.asleep,
-        error=error_of(facts),
-        late_ms=1e3 * facts.late,
+        error=price.error,
+        late_ms=price.late_ms,
         solved=tuple(solved),
     )

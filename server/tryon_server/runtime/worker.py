@@ -323,9 +323,10 @@ class Worker(PatternWorker):
         self._pose, self._move, self._told_at = move.pose, move, move.t
         self._publisher.show(move)
         self._cost = self._clock() - begun
-        self._solved = (facts, move, 1e3 * self._cost)
+        solver_ms = 1e3 * self._cost
+        self._solved = (facts, move, solver_ms)
         if not facts.asleep:
-            self._prices.append(price_of(facts, 1e3 * self._cost))
+            self._prices.append(price_of(facts, solver_ms))
         self._see_caught(facts, move.dt)
         return True
 

@@ -23,7 +23,7 @@ from accuracy_limits import (
 )
 from accuracy_plots import scale_ms
 from accuracy_promises import Chapter, Verdict
-from accuracy_tables import presets_at_scale
+from accuracy_tables import presets_at_scale, spent
 from methods import TITLES
 
 Lost = tuple[Measured, str, float, float, float | None]  # a case, and of it what `beyond_ours` says of a method
@@ -186,7 +186,18 @@ def reference_chapter(found: Found) -> Chapter:
     furthest = max(off for _, _, off in cases)
     parts = [held for of in agree.values() for held in of]
     verdict = Verdict(promise, f"{counts}; the furthest is {digits(furthest)} mm off", parts)
-    return Chapter("Preset `reference`", [verdict], reference_told([case for case in cases if case[2] > AGREEMENT]))
+    far = reference_told([case for case in cases if case[2] > AGREEMENT])
+    return Chapter("Preset `reference`", [verdict], [*far, *unexplained(cases)] if far else [])
+
+
+def unexplained(cases: Sequence[Far]) -> list[str]:
+    """How many steps end far off, and of how many that is neither told by the report nor by their own balance."""
+    steps = [row for _, rows, _ in cases for row in rows]
+    far = [row for row in steps if row["error"] > AGREEMENT]
+    left = [row for row in far if not spent(REFERENCE, [row]) and (row.get("own_balance") or np.inf) >= AGREEMENT]
+    errors = " and ".join(digits(row["error"]) for row in sorted(left, key=lambda row: row["error"]))
+    said = f"Of all {len(steps)} steps at this preset {len(far)} are over {AGREEMENT:g} mm off; {len(left)} of these"
+    return ["", f"{said} neither made all their iterations nor are in a balance of their own: {errors or 'none'} [mm]."]
 
 
 def reference_told(far: Sequence[Far]) -> list[str]:
