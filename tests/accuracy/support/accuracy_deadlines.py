@@ -158,7 +158,7 @@ def deadline_chapter(timed: Sequence[Timed]) -> Chapter:
 
 
 def verdict(promised: Promised, motion: str, timed: Sequence[Timed]) -> Verdict:
-    """Of a motion on a machine: each deadline holds in all that was measured, and none stretches the cloth."""
+    """Of a motion on a machine: each deadline holds at each rate of frames, and none stretches the cloth."""
     *less, most = (f"{ms:g}" for ms in promised.deadlines)
     length = f"{promised.seconds:g} s of " * bool(promised.seconds)
     promise = (
@@ -166,8 +166,8 @@ def verdict(promised: Promised, motion: str, timed: Sequence[Timed]) -> Verdict:
         f"{promised.vertices:,} vertices on {promised.said}, and nothing crosses"
     )
     runs = {ms: [c for c in hurried(timed) if c.is_of(promised, motion, ms)] for ms in promised.deadlines}
-    parts = [bool(of) and all(holds(case, promised) for case in of) for of in runs.values()]
     cases = [case for of in runs.values() for case in of]
+    parts = [*(holds(case, promised) for case in cases), *(False for of in runs.values() if not of)]
     if not cases:
         return Verdict(promise, "not measured", parts)
     measured = [f"{ms:g} ms: {', '.join(map(in_short, of)) or 'not measured'}" for ms, of in runs.items()]
