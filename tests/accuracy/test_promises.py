@@ -3,6 +3,7 @@
 from accuracy_case import AccuracyCase
 from accuracy_data import read_results
 from accuracy_deadlines import deadline_chapter, deadline_table, read_timed
+from accuracy_gaps import not_measured
 from accuracy_page import write_page
 from accuracy_promises import Verdict
 from accuracy_verdicts import error_chapters, estimate_chapter, fronts_chapter, order_chapter, reference_chapter
@@ -133,6 +134,22 @@ def test_a_front_is_lost_to_one_solver_and_not_to_the_others(tmp_path):
     assert "2 of their 2 ends cross" in chapter.told[0]
     assert any("That takes no less than theirs in 1 of 1." in line for line in chapter.told)
     assert "| Style3D, 5 | 3 | 2 | 2 of 2 | - | draft | 5 | 60 % | 1 | 3 | 1.5 |" in chapter.told[-1]
+
+
+def test_fronts_on_the_cpu_and_on_a_gpu_are_told_apart(tmp_path):
+    for device, ms in (("cpu", 3.0), ("cuda:0", 30.0)):
+        ours = {"draft": (about(), rows("draft", (1.0, 1.0), ms=5.0))}
+        put(tmp_path, "presets", ours, device=device)
+        theirs = {"Style3D, 5": (about("style3d", iterations=5), rows("Style3D, 5", (2.0, 0), (2.0, 0), ms=ms))}
+        put(tmp_path, "peers", theirs, device=device)
+    (verdict,) = fronts_chapter(read_results(tmp_path)).verdicts
+    assert verdict.holds == "in part"
+    there = "Newton's Style3D in {} of 1 scenes"
+    assert verdict.measured == f"on the CPU: {there.format(0)}; on a GPU: {there.format(1)}"
+    put(tmp_path, "trial", {"PD alone": (about("trial", cycles=1), rows("PD alone", (1.5, 0), ms=3.0))})
+    said = not_measured(read_results(tmp_path), [])
+    assert not any("for which they are made" in line for line in said)
+    assert any("other solvers have 2 to 2 on a GPU" in line for line in said)
 
 
 def test_a_deadline_that_is_not_held_is_named_and_told_beside_the_frames_without_one(tmp_path):

@@ -19,7 +19,7 @@ UNSAID = "layered_skirt"  # the garment that Newton can't be told
 def not_measured(found: Found, timed: Sequence[Timed]) -> list[str]:
     """In words, each."""
     swept = [measured for measured in found.errors if measured.of_solver("trial")]
-    said = [*on_a_gpu(found), *families_gone(found), *peers_gone(swept), *precision_gone(swept)]
+    said = [*on_a_gpu(found), *families_gone(found), *peers_gone(found, swept), *precision_gone(swept)]
     said += [*steps_gone(found), *states_gone(found, swept)]
     if not any(times.device == CPU for times in found.times):
         said.append("Times at a garment's scale on a CPU: these columns are empty.")
@@ -74,7 +74,7 @@ def families_gone(found: Found) -> list[str]:
     return said
 
 
-def peers_gone(swept: Sequence[Measured]) -> list[str]:
+def peers_gone(found: Found, swept: Sequence[Measured]) -> list[str]:
     """NVIDIA's Newton."""
     said = []
     gone = [measured for measured in swept if not measured.of_solver(*PEERS)]
@@ -86,7 +86,7 @@ def peers_gone(swept: Sequence[Measured]) -> list[str]:
     others = [measured.case.scene for measured in gone if measured.case.garment != UNSAID]
     if others:
         said.append(f"Newton's VBD and Style3D of {'; '.join(others)}.")
-    if not any(measured.of_solver(*PEERS) and measured.device != CPU for measured in swept):
+    if not any(measured.of_solver(*PEERS) and measured.on_gpu for measured in found.errors):
         said.append("Newton's VBD and Style3D on a GPU, for which they are made.")
     return said
 
@@ -118,4 +118,7 @@ def states_gone(found: Found, swept: Sequence[Measured]) -> list[str]:
         fewer = [f"{m.case.scene} {len(m.shared)}" for m in swept if len(m.shared) < most]
         rest = f", but for {'; '.join(fewer)}" * bool(fewer)
         said.append(f"what is swept, and other solvers, have every fifth state or fewer, {most} in all{rest}")
+    on_gpu = [len(m.states(name)) for m in found.errors if m.on_gpu for name in m.of_solver(*PEERS)]
+    if on_gpu and most:
+        said.append(f"other solvers have {min(on_gpu)} to {max(on_gpu)} on a GPU")
     return [f"{ASKED} states of each scene: {'; '.join(said)}."] if said else []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -27,6 +27,7 @@ from accuracy_tables import presets_at_scale, spent
 from methods import TITLES
 
 Lost = tuple[Measured, str, float, float, float | None]  # a case, and of it what `beyond_ours` says of a method
+PLACES = {False: "the CPU", True: "a GPU"}
 Far = tuple[Measured, list[Row], float]  # a case, its steps at the preset, and their error [mm], RMS over all
 
 
@@ -223,21 +224,23 @@ def fronts_chapter(found: Found) -> Chapter:
     """No other solver's step is nearer than each of ours that takes no longer, its error being under JUDGED."""
     lost = [(measured, *beyond) for measured in found.errors for beyond in beyond_ours(measured)]
     beaten = {(m.name, m.about[name]["solver"]) for m, name, *_ in lost}
-    fronts: dict[str, list[bool]] = {}
-    places: set[bool] = set()
+    fronts: dict[bool, dict[str, list[bool]]] = {False: {}, True: {}}
     for solver in OTHERS:
         for measured in found.errors:
             if measured.of_solver(solver) and measured.of_solver("ours"):
                 name = TITLES[solver] + " (as a numpy program)" * (solver in IN_NUMPY)
-                fronts.setdefault(name, []).append((measured.name, solver) not in beaten)
-                places.add(measured.on_gpu)
+                fronts[measured.on_gpu].setdefault(name, []).append((measured.name, solver) not in beaten)
     verdict = Verdict(
         f"ours is on or below every other solver's Pareto front for errors of a step under {JUDGED:g} mm",
-        "on the CPU: " * (places == {False})
-        + "; ".join(f"{title} in {sum(held)} of {len(held)} scenes" for title, held in fronts.items()),
-        [held for of in fronts.values() for held in of],
+        "; ".join(f"on {place}: {held_of(fronts[gpu])}" for gpu, place in PLACES.items() if fronts[gpu]),
+        [held for there in fronts.values() for of in there.values() for held in of],
     )
     return Chapter("Fronts", [verdict], fronts_told(lost) if lost else [])
+
+
+def held_of(fronts: Mapping[str, Sequence[bool]]) -> str:
+    """By solver, in how many scenes ours is."""
+    return "; ".join(f"{title} in {sum(held)} of {len(held)} scenes" for title, held in fronts.items())
 
 
 def fronts_told(lost: Sequence[Lost]) -> list[str]:
