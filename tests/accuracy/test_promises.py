@@ -1,5 +1,6 @@
 """The page says of each promise whether it holds, and names what does not."""
 
+import pytest
 from accuracy_case import AccuracyCase
 from accuracy_data import read_results
 from accuracy_deadlines import deadline_chapter, deadline_table, read_timed
@@ -134,6 +135,16 @@ def test_a_front_is_lost_to_one_solver_and_not_to_the_others(tmp_path):
     assert "2 of their 2 ends cross" in chapter.told[0]
     assert any("That takes no less than theirs in 1 of 1." in line for line in chapter.told)
     assert "| Style3D, 5 | 3 | 2 | 2 of 2 | - | draft | 5 | 60 % | 1 | 3 | 1.5 |" in chapter.told[-1]
+
+
+def test_an_estimate_of_another_scale_is_told_with_todays(tmp_path):
+    then = {"to 1 mm": (about(accuracy=1.0), rows("to 1 mm", (0.5, 2.7)))}  # a run that does not tell its scale
+    now = {"to 2 mm": ({**about(accuracy=2.0), "scale": 2.0}, rows("to 2 mm", (0.5, 2.7)))}
+    put(tmp_path, "accuracy", then)
+    put(tmp_path, "others", {**now, "passes 2": (about(passes=2), rows("passes 2", (0.5, 2.7)))})
+    (measured,) = read_results(tmp_path).errors
+    told = {name: pytest.approx(measured.rows[name][0]["estimate"]) for name in measured.rows}
+    assert told == {"to 1 mm": 2.0, "to 2 mm": 2.7, "passes 2": 2.7}
 
 
 def test_fronts_on_the_cpu_and_on_a_gpu_are_told_apart(tmp_path):

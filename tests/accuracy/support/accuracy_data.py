@@ -11,12 +11,15 @@ import numpy as np
 from accuracy_case import AccuracyCase
 from recorded import Recorded, read_all
 
+from tryon_solver.stepping.estimate import DIALLED_SCALE, SCALE
+
 Row = Mapping[str, Any]
 Run = tuple[str, str]  # commit and machine
 PRESETS, TRAJECTORY, TIMES = "presets", "trajectory", "times"
 CPU = "cpu"
 USUAL_VERTICES = 600  # about, of the meshes that single steps are taken with
 OURS = ("ours", "trial")
+FIRST_SCALE = 2.7  # of all estimates, in runs that do not tell it
 
 
 @dataclass
@@ -131,13 +134,22 @@ def together(files: Iterable[Recorded]) -> list[Measured]:
         case = AccuracyCase(**recorded.head["case"])
         measured = found.setdefault((case, recorded.head["device"]), Measured(case, recorded.head["device"]))
         for name, about in recorded.head["methods"].items():
-            rows = [row for row in recorded.rows if row["method"] == name]
+            rows = [scaled(row, about) for row in recorded.rows if row["method"] == name]
             if rows:
                 measured.rows[name] = rows
                 measured.family[name] = recorded.head["family"]
                 measured.about[name] = about
                 measured.run[name] = run_of(recorded.head["about"])
     return list(found.values())
+
+
+def scaled(row: Row, about: Mapping[str, Any]) -> Row:
+    """With its estimate as it is told now: of a run that had another scale it is that many times as large, and nothing
+    else that was measured follows from it."""
+    if row.get("estimate") is None:
+        return row
+    now = DIALLED_SCALE if "accuracy" in about["at"] else SCALE
+    return {**row, "estimate": row["estimate"] * now / about.get("scale", FIRST_SCALE)}
 
 
 def run_of(about: Mapping[str, str]) -> Run:

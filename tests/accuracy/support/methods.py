@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tryon_solver.settings import Settings
+from tryon_solver.stepping.estimate import scale_of
 
 TITLES = {
     "ours": "ours",
@@ -29,8 +30,9 @@ class Method:
     at: Mapping[str, float] = field(default_factory=dict)
 
     def plain(self) -> dict[str, Any]:
-        """Ready for JSON: what a page has to know of it."""
-        return {"solver": self.solver, "at": dict(self.at)}
+        """Ready for JSON: what a page has to know of it; `scale` is what its estimates are scaled by."""
+        told = {"solver": self.solver, "at": dict(self.at)}
+        return told if self.settings is None else {**told, "scale": scale_of(self.settings)}
 
 
 def ours(settings: Settings, solver: str = "ours", **at: float) -> Method:
