@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import drag_rate
@@ -15,7 +16,7 @@ from edit_table import markdown
 from edited_session import Shown
 from frames_after import FrameWatch
 from levels import grown
-from rebuild_times import TOPOLOGY, VALUE, plots, table
+from rebuild_times import TOPOLOGY, VALUE, in_same_mesh, plots, table
 from run_edits import AFTER, EditRun
 from scipy.spatial.transform import Rotation
 from speeds import speed_on_body
@@ -30,6 +31,7 @@ from tryon_solver.redesign import edits
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import KINDS
+from tryon_solver.redesign.remesh import Remesh
 
 LENGTHENED = {"lengthen (value)": 1, "undo (value)": 1}
 THREE_EDITS = {
@@ -357,3 +359,13 @@ def test_rebuilds_are_told_and_drawn_against_vertices_and_functions():
     page = table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": rows}, "edits")
     assert "| 2500 | 25.0 | 50.0 | 75.0 | 100.0 | 125.0 | 150.0 | 175.0 | 200.0 |" in page
     assert "![rebuild_bases](edits/rebuild_bases.svg)" in page
+    del rows[0]["value"][VALUE[0]]  # what was not measured
+    page = table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": rows}, "edits")
+    assert "| 1000 | – | 20.0 |" in page
+    assert f"same mesh: {VALUE[0]}" not in plots(rows)["rebuild_vertices"]
+
+
+def test_a_shape_that_is_refused_is_not_timed_as_one():
+    live = SimpleNamespace(want=lambda _: Remesh("it is of denim instead of None"))
+    with pytest.raises(ValueError, match="not a value edit: it is of denim instead of None"):
+        in_same_mesh(live, None)

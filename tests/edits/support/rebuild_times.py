@@ -25,7 +25,7 @@ from tryon_server.runtime.production import build_drape
 from tryon_solver.dressing.carry_over import prepare, put_on
 from tryon_solver.dressing.new_cut import NewCut
 from tryon_solver.geometry.panel_mesh import PanelMesh
-from tryon_solver.geometry.pattern import load_pattern, parse_pattern
+from tryon_solver.geometry.pattern import Pattern, load_pattern, parse_pattern
 from tryon_solver.geometry.size import mesh_in_size, mesh_with_vertices
 from tryon_solver.live_edit import LiveEdit
 from tryon_solver.redesign import edits
@@ -40,7 +40,7 @@ VERTICES = (1000, 2500, 5000, 10_000)
 SPACINGS = (0.7, 1.0, 1.4)  # times the preset's: of the splines, in which the subspace's size is set
 WIDER = edits.ScaleGarment((1.03, 1.03))
 DARTS = tuple(edits.Dart("front", 0, 0.25, 0.03, depth) for depth in (0.12, 0.121, 0.122, 0.123))
-VALUE = ("shape", "matrices", "reduced matrix", "inverse")
+VALUE = ("moved shape", "matrices", "reduced matrix", "inverse")
 TOPOLOGY = ("mesh", "what follows from it", "build", "put on")
 
 
@@ -55,17 +55,23 @@ def rebuild_times(vertices: int, spacings: Sequence[float], preset: str, device:
     assert spec is not None
     mesh = mesh_in_size(pattern, edge, 1.0)
     wide = parse_pattern(apply(spec, WIDER).specification)
-    drag = begin_drag(mesh, pattern, sim.scene.fabric.thickness)
-    live = LiveEdit(sim, drag)
+    live = LiveEdit(sim, begin_drag(mesh, parse_pattern(spec), sim.scene.fabric.thickness))
+    moved = least(lambda: in_same_mesh(live, wide))
     taken = [another_cut(sim, mesh, apply(spec, dart).specification, edge) for dart in DARTS]
     parts = {name: min(of[name] for of in taken[1:]) for name in TOPOLOGY}  # the first one compiles, too
-    value = {"shape": least(lambda: live.want(wide))}
     live.now = live.wanted
-    value["matrices"] = least(lambda: reshape(sim, live.garment()))
+    value = {"moved shape": moved, "matrices": least(lambda: reshape(sim, live.garment()))}
     rows = [by_basis(sim, spacing) for spacing in spacings]
     own = next(row for row in rows if row["spacing"] == 1.0)
     value |= {name: own[name] for name in ("reduced matrix", "inverse")}
     return {"vertices": sim.cloth_count, "value": value, "topology": parts, "bases": rows}
+
+
+def in_same_mesh(live: LiveEdit, pattern: Pattern) -> None:
+    """Have it become that. Raises ValueError where it needs another mesh: that would be told in no time."""
+    refused = live.want(pattern)
+    if refused is not None:
+        raise ValueError(f"not a value edit: {refused.message}")
 
 
 def by_basis(sim: Simulation, spacing: float) -> dict[str, float]:
@@ -114,6 +120,7 @@ def plots(results: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         Line(f"{edit}: {part}", [(r["vertices"], 1e3 * r[kind][part]) for r in results], colour, kind == "topology")
         for kind, edit, parts in (("value", "same mesh", VALUE), ("topology", "another mesh", TOPOLOGY))
         for colour, part in enumerate(parts)
+        if all(part in r[kind] for r in results)
     ]
     bases = [
         Line(f"{r['vertices']} vertices: {part}", [(b["functions"], 1e3 * b[part]) for b in r["bases"]], k, dashed)
@@ -134,7 +141,7 @@ def table(made: Mapping[str, Any], folder: str) -> str:
     lines.append(row(["vertices", *VALUE, *(f"another: {part}" for part in TOPOLOGY)]))
     lines.append(row(["---"] * (1 + len(VALUE) + len(TOPOLOGY))))
     for r in made["rows"]:
-        parts = [*(r["value"][part] for part in VALUE), *(r["topology"][part] for part in TOPOLOGY)]
-        lines.append(row([str(r["vertices"]), *(f"{1e3 * seconds:.1f}" for seconds in parts)]))
+        parts = [*(r["value"].get(part) for part in VALUE), *(r["topology"][part] for part in TOPOLOGY)]
+        lines.append(row([str(r["vertices"]), *("–" if s is None else f"{1e3 * s:.1f}" for s in parts)]))
     lines += ["", *(f"![{name}]({folder}/{name}.svg)" for name in plots(made["rows"])), ""]
     return "\n".join(lines)
