@@ -9,8 +9,8 @@ squares over the cloth,
     error = SCALE l^(1 - OF_WAY) (w^2 + l^2)^(OF_WAY/2);
 
 what is left is on the way, too, so that a step that went nowhere is told of by l. A correction that goes on until it is
-as near as was asked for solves each of its directions further, and leaves less that is flat: its scale is another, the
-DIALLED_SCALE. All three numbers were fitted (METHOD.md section 14). Ours.
+as near as was asked for, or its time is over, solves each of its directions further, and leaves less that is flat: its
+scale is another, the DIALLED_SCALE. All three numbers were fitted (METHOD.md section 14). Ours.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def take_larger_kernel(
 
 def scale_of(settings: Settings) -> float:
     """What these settings' estimates are scaled by."""
-    return DIALLED_SCALE if settings.ends_by_accuracy else SCALE
+    return SCALE if settings.ends_by_budget else DIALLED_SCALE
 
 
 def estimate_error(sim: Simulation) -> None:

@@ -19,6 +19,7 @@ PRESETS, TRAJECTORY, TIMES = "presets", "trajectory", "times"
 CPU = "cpu"
 USUAL_VERTICES = 600  # about, of the meshes that single steps are taken with
 OURS = ("ours", "trial")
+BOUGHT = {"accuracy", "deadline"}  # what a correction goes on for, in place of its budget
 FIRST_SCALE = 2.7  # of all estimates, in runs that do not tell it
 
 
@@ -148,7 +149,7 @@ def scaled(row: Row, about: Mapping[str, Any]) -> Row:
     else that was measured follows from it."""
     if row.get("estimate") is None:
         return row
-    now = DIALLED_SCALE if "accuracy" in about["at"] else SCALE
+    now = DIALLED_SCALE if BOUGHT & set(about["at"]) else SCALE
     return {**row, "estimate": row["estimate"] * now / about.get("scale", FIRST_SCALE)}
 
 

@@ -7,20 +7,20 @@ from collections.abc import Sequence
 from accuracy_case import scenes, takes_such_steps
 from accuracy_data import CPU, Found, Measured
 from accuracy_deadlines import Timed
+from families import FAMILIES
 
 from tryon_solver.settings import PRESETS
 
 ASKED = 50  # states of a scene
 PEERS = ("vbd", "style3d")
-TOLD_APART = ("peers", "precision")
-UNSAID = "layered_skirt"  # the garment that Newton can't be told
+UNSAID = ("layered_skirt", "peers")  # the garment that Newton can't be told
 
 
 def not_measured(found: Found, timed: Sequence[Timed]) -> list[str]:
     """In words, each."""
     swept = [measured for measured in found.errors if measured.of_solver("trial")]
-    said = [*on_a_gpu(found), *families_gone(found), *peers_gone(found, swept), *precision_gone(swept)]
-    said += [*steps_gone(found), *states_gone(found, swept)]
+    said = [*on_a_gpu(found), *families_gone(found), *peers_gone(found), *steps_gone(found)]
+    said += states_gone(found, swept)
     if not any(times.device == CPU for times in found.times):
         said.append("Times at a garment's scale on a CPU: these columns are empty.")
     there = {times.case.scene for times in found.times}
@@ -59,42 +59,39 @@ def on_a_gpu(found: Found) -> list[str]:
 
 
 def families_gone(found: Found) -> list[str]:
-    """Scenes that were not measured in each way on the CPU; Newton's solvers and float64 are told of apart."""
+    """Families of which no scene was measured on the CPU, and of the others scenes that lack them, by length of step;
+    what Newton can't be told is told of apart."""
     said = []
-    for dt in dict.fromkeys(measured.case.dt for measured in found.errors if not measured.on_gpu):
-        cases = [measured for measured in found.errors if measured.case.dt == dt and not measured.on_gpu]
-        families = {case.scene: set[str]() for case in scenes(dt)}
-        for measured in cases:
-            families.setdefault(measured.case.scene, set()).update(measured.family.values())
-        every = dict.fromkeys(f for measured in cases for f in measured.family.values() if f not in TOLD_APART)
-        gone = {scene: [f for f in every if f not in there] for scene, there in families.items()}
+    here = [measured for measured in (*found.errors, *found.trajectories) if not measured.on_gpu]
+    for dt in dict.fromkeys(measured.case.dt for measured in here):
+        families = {case.scene: {UNSAID[1]} if case.garment == UNSAID[0] else set[str]() for case in scenes(dt)}
+        had: set[str] = set()
+        for measured in here:
+            if measured.case.dt == dt:
+                families.setdefault(measured.case.scene, set()).update(measured.family.values())
+                had.update(measured.family.values())
+        none = [family for family in FAMILIES if family not in had]
+        gone = {scene: [f for f in FAMILIES if f in had - there] for scene, there in families.items()}
         lacking = [f"{scene} ({', '.join(of)})" for scene, of in gone.items() if of]
+        step = f"In steps of 1/{1 / dt:.0f} s, as `--families` names it:"
+        if none:
+            said.append(f"{step} {', '.join(none)}, of all scenes.")
         if lacking:
-            said.append(f"In steps of 1/{1 / dt:.0f} s, as `--families` names it: {'; '.join(lacking)}.")
+            said.append(f"{step} {'; '.join(lacking)}.")
     return said
 
 
-def peers_gone(found: Found, swept: Sequence[Measured]) -> list[str]:
+def peers_gone(found: Found) -> list[str]:
     """NVIDIA's Newton."""
     said = []
-    gone = [measured for measured in swept if not measured.of_solver(*PEERS)]
-    if any(measured.case.garment == UNSAID for measured in gone):
+    if any(measured.case.garment == UNSAID[0] for measured in found.errors):
         said.append(
             "Newton's VBD and Style3D of the layered skirt: its layer is sewn onto other cloth, and Newton has no "
             "springs that end within a triangle."
         )
-    others = [measured.case.scene for measured in gone if measured.case.garment != UNSAID]
-    if others:
-        said.append(f"Newton's VBD and Style3D of {'; '.join(others)}.")
     if not any(measured.of_solver(*PEERS) and measured.on_gpu for measured in found.errors):
         said.append("Newton's VBD and Style3D on a GPU, for which they are made.")
     return said
-
-
-def precision_gone(swept: Sequence[Measured]) -> list[str]:
-    """Ours in float64."""
-    gone = [measured.case.scene for measured in swept if not measured.of_solver("float64")]
-    return [f"Ours in float64 of {'; '.join(gone)}."] if gone else []
 
 
 def steps_gone(found: Found) -> list[str]:

@@ -16,6 +16,7 @@ WITHOUT_CYCLES = {"outer_iterations": 1, "reduced_iterations": 0, "smoothing_swe
 NEWTON = (1, 2, 4, 8, 16, 32)
 GRADIENTS = (10, 30, 60, 120)
 ACCURACIES = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)  # mm
+DEADLINES = (30.0, 100.0, 300.0)  # ms
 REDUCED, SMOOTHING = (0, 2, 4), (0, 5, 10)
 
 
@@ -32,6 +33,18 @@ def accuracy_family(case: AccuracyCase) -> Mapping[str, Method]:
         **{
             f"draft to {mm:g} mm": ours(replace(draft, accuracy=1e-3 * mm), accuracy=mm, from_draft=1)
             for mm in ACCURACIES
+        },
+    }
+
+
+def deadline_family(case: AccuracyCase) -> Mapping[str, Method]:
+    """`live`, and `draft`, their correction going on while there is time."""
+    draft = replace(PRESETS["draft"], largest_step=case.dt)
+    return {
+        **{f"in {ms:g} ms": changed(case, {"deadline": 1e-3 * ms}, deadline=ms) for ms in DEADLINES},
+        **{
+            f"draft in {ms:g} ms": ours(replace(draft, deadline=1e-3 * ms), deadline=ms, from_draft=1)
+            for ms in DEADLINES
         },
     }
 
@@ -120,6 +133,7 @@ def peer_family(_case: AccuracyCase) -> Mapping[str, Method]:
 FAMILIES = {
     "presets": preset_family,
     "accuracy": accuracy_family,
+    "deadline": deadline_family,
     "newton": newton_family,
     "cycles": cycle_family,
     "others": other_family,
@@ -129,8 +143,9 @@ FAMILIES = {
     "peers": peer_family,
     "trajectory": preset_family,
 }
-SWEPT = ("accuracy", "newton", "cycles", "others", "trial", "precision")
-ON_DEVICE = ("presets", "trajectory", "accuracy", "newton", "cycles", "others", "trial", "peers")  # not numpy's
+SWEPT = ("accuracy", "deadline", "newton", "cycles", "others", "trial", "precision")
+OF_NUMPY = ("precision", "baselines")  # families that run on no GPU
+ON_DEVICE = tuple(family for family in FAMILIES if family not in OF_NUMPY)
 FREE_RUNNING = ("trajectory",)  # from the first state on, and not from each
 
 

@@ -48,14 +48,17 @@ def test_it_falls_with_the_iterations_and_is_of_the_errors_size(falling):
         last = error
 
 
-def test_what_was_asked_for_by_accuracy_alone_has_a_scale_of_its_own(falling, monkeypatch):
+def test_what_does_not_end_by_its_budget_has_a_scale_of_its_own(falling, monkeypatch):
     asked = replace(LIVE, accuracy=1e-4)
     told, _ = falling(asked)
     monkeypatch.setattr(estimate, "DIALLED_SCALE", estimate.SCALE)
     as_others, _ = falling(asked)
     assert told > 1e-6, "m"
     assert as_others / told == pytest.approx(estimate.SCALE / 2.0, rel=1e-4)
-    assert estimate.scale_of(replace(asked, deadline=0.1)) == estimate.scale_of(LIVE) == estimate.SCALE
+    monkeypatch.undo()
+    assert estimate.scale_of(LIVE) == estimate.SCALE != estimate.DIALLED_SCALE
+    for bought in ({"deadline": 0.1}, {"accuracy": 1e-4}, {"accuracy": 1e-4, "deadline": 0.1}):
+        assert estimate.scale_of(replace(LIVE, **bought)) == estimate.DIALLED_SCALE
 
 
 def test_a_step_that_was_solved_to_its_end_is_told_so(falling):
