@@ -1,5 +1,6 @@
 """The page tells what was measured."""
 
+import json
 from xml.etree import ElementTree
 
 import pytest
@@ -13,7 +14,7 @@ from accuracy_plots import chain
 from accuracy_verdicts import estimate_chapter, order_chapter
 from made_up_runs import ABOUT, about, put, put_presets, put_timed, rows, timed_case
 from provenance import commit_of, machine_of
-from recorded import Writer
+from recorded import TwiceError, Writer, read
 
 
 def test_estimates_are_counted():
@@ -284,9 +285,14 @@ def test_dialled_steps_are_judged_apart_by_the_preset_that_they_began_with(tmp_p
     }
     put(tmp_path, "accuracy", methods)
     told = estimate_table(read_results(tmp_path))
-    assert [line.split(" | ")[2:6] for line in told if "dial at" in line] == [
-        ["dial at live", "4", "75 % (50)", "100 % (75)"],
-        ["dial at draft", "4", "100 % (100)", "100 % (100)"],
+    assert [line.split(" | ")[2:6] for line in told if "dialled at" in line] == [
+        ["dialled at `live`", "4", "75 % (50)", "100 % (75)"],
+        ["dialled at `draft`", "4", "100 % (100)", "100 % (100)"],
+    ]
+    put(tmp_path, "deadline", {"in 30 ms": (about(deadline=30.0), rows("in 30 ms", (1.0, 1.35)))})
+    told = estimate_table(read_results(tmp_path))
+    assert [line.split(" | ")[2:5] for line in told if "deadline" in line] == [
+        ["under a deadline at `live`", "1", "100 % (100)"]
     ]
 
 
@@ -305,3 +311,17 @@ def test_where_no_repository_is_who_runs_it_tells_the_commit_and_what_else_the_m
     monkeypatch.setenv("MEASURED_BESIDE", "two others")
     assert commit_of(tmp_path) == "abc"
     assert machine_of("cpu").endswith(" processors, device cpu, two others")
+
+
+def test_a_file_has_one_writer_and_each_row_once(tmp_path):
+    path = tmp_path / "rows.jsonl"
+    writer = Writer(path, {"about": ABOUT})
+    with pytest.raises(TwiceError, match="is being written by another process"):
+        Writer(path, {"about": ABOUT})
+    writer.add(rows("draft", (1.0, 1.0), (2.0, 2.0)))
+    del writer
+    assert len(Writer(path, {"about": ABOUT}).rows) == 2
+    with path.open("a") as out:  # as another process would have
+        out.write(json.dumps(rows("draft", (1.5, 1.5))[0]) + "\n")
+    with pytest.raises(TwiceError, match="has 1 rows twice, the first 'draft' of state 0: measure it anew"):
+        read(path)

@@ -13,6 +13,7 @@ from tryon_server.runtime import production
 from tryon_server.runtime.catching_up import CatchingUp, taken_off_for
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_server.runtime.remaking import caught_up
+from tryon_server.runtime.sources import LONGEST_MOVE
 from tryon_solver.body.pose import Pose
 from tryon_solver.drawn import FASTEST, in_both, left_after, seconds_for
 from tryon_solver.effects.drawn import bind as bind_drawn
@@ -182,6 +183,35 @@ def test_what_has_fallen_off_goes_on_falling_in_a_mesh_that_comes_to_where_the_b
     np.testing.assert_allclose(made.simulation.state.v.numpy()[there], sim.state.v.numpy()[skirt], rtol=0, atol=0.05)
     shirts = (one.cloth_positions()[one.layer_of("tshirt").vertices] for one in (made, worn))
     assert np.linalg.norm(np.subtract(*shirts), axis=1).max() < 0.05, "it has come along"
+
+
+def test_what_was_made_frames_ago_catches_up_in_parts_between_which_what_is_worn_goes_on(both):
+    worn, other = both
+    frame = LONGEST_MOVE
+    for k in range(1, 6):
+        worn.advance(worn.pose, k * frame)
+    advanced, frames = [other.simulation.counters.steps], 5
+    for _ in caught_up(other, worn, lambda: worn.stance):
+        frames += 1
+        worn.advance(worn.pose, frames * frame)
+        advanced.append(other.simulation.counters.steps)
+    assert other.seconds == worn.seconds
+    assert 6 <= frames <= 12
+    assert max(np.diff(advanced)) <= 2, "no frame waits for more"
+
+
+def test_who_can_wait_no_longer_has_it_there_at_once(both):
+    worn, other = both
+    coming, step = worn.come_to(other, iter(())), 0
+    worn.come_at_once()  # nothing is on its way yet
+    while worn._coming_to is None or worn._coming_to.seconds == 0.0:
+        next(coming)
+        step += 1
+        worn.advance(worn.pose, step * STEP)
+    worn.come_at_once()
+    assert list(coming) == []
+    assert any(own.name == "drawn" for own in worn.simulation.plan.contributions), "nobody lets go of what is put away"
+    assert other.seconds == pytest.approx(worn._time - 0.0, abs=STEP * step)
 
 
 def test_who_is_given_up_leaves_what_is_worn_as_it_hangs_by_itself(both):

@@ -11,6 +11,7 @@ from analytic_drape import LATE_WIDTH, width_of
 from scripted_worker import allow, frames, work
 
 from tryon_server.problems import problem_error
+from tryon_server.runtime import outfit_worker
 from tryon_server.runtime.waiting import PATIENCE
 from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import (
@@ -262,6 +263,15 @@ def test_what_is_done_for_each_change_is_told_until_it_is_worn():
     ended = times_of(connection, EditMade)[-1]
     assert times_of(connection, ChangesTold)[-1] == pytest.approx(ended, abs=3 * INTERVAL)
     assert times_of(connection, ChangesTold)[0] == pytest.approx(ASKED, abs=3 * INTERVAL)
+
+
+def test_what_is_drawn_for_too_long_is_there_at_once(monkeypatch):
+    monkeypatch.setattr(analytic_drape, "DRAWN", 3.0)
+    unhurried = times_of(changed(edit(1, 0.62), until=8.0)[0], EditMade)
+    monkeypatch.setattr(outfit_worker, "DRAWN_SECONDS", 0.5)
+    hurried = times_of(changed(edit(1, 0.62), until=8.0)[0], EditMade)
+    assert (len(unhurried), len(hurried)) == (1, 1)
+    assert unhurried[0] - hurried[0] > 2.0
 
 
 def test_a_carried_garment_is_told_to_be_remeshed_and_built():

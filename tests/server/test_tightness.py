@@ -60,6 +60,8 @@ def test_a_refusal_names_the_edit_and_what_to_do_and_one_of_another_kind_is_as_i
     assert said.remedy == f"Enlarge front; or {back}"
     other = EditError("it crosses itself", "edit", "Draw it otherwise")
     assert with_cause(other, history, DART, TSHIRT) is other
+    late = UnfitError("it is not worn after 120 s", "edit", "Ask for it again")
+    assert with_cause(late, history, None, TSHIRT) is late, "what takes an edit back was worn before"
 
 
 HEM = edits.CloseSeam("front", 0, "back", 0)

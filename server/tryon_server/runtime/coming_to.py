@@ -29,6 +29,10 @@ class ComingTo:
         """Is it at the end of its way?"""
         return self.seconds >= self._whole
 
+    def be_there(self) -> None:
+        """Be at the end of the way now, however far that is."""
+        self._whole = self.seconds
+
     def parts(self) -> Iterator[None]:
         """None until it is there. Raises what advancing the other raised."""
         while not self.is_there:

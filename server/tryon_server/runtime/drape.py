@@ -286,6 +286,9 @@ class Drape(Protocol):
         Raises what ``way`` or advancing the other raises, and then what was worn last is worn on.
         """
 
+    def come_at_once(self) -> None:
+        """Be with the next part where `come_to` draws it, if it does, however far that is."""
+
     def packed(self) -> Packed:
         """Itself to be put away or taken to another process, as it is worn."""
 

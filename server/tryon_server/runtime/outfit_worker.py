@@ -26,6 +26,8 @@ logger = logging.getLogger(__name__)
 
 GIVEN_UP, ASK_AGAIN = "it was given up before it was worn", "Ask for it again"
 MAKING_SECONDS = 0.01  # between looks at what is being made
+DRAWN_SECONDS = 20.0  # of the machine's, after which what is on its way to where it hangs in the new garment is there
+# at once: a heap of cloth that is drawn from the floor can hold up frames for minutes, and who asked waits meanwhile
 
 
 class OutfitWorker:
@@ -49,6 +51,8 @@ class OutfitWorker:
     _held: bool
     _held_last: ChangePattern | None
     _stuck: str
+    _drawn_since: float | None
+    _clock: Callable[[], float]
     _tell: Callable[[Event], None]
 
     def _tell_design(self, specification: Mapping[str, Any], history: History, **more: Any) -> None:
@@ -79,6 +83,11 @@ class OutfitWorker:
             return None
         if self._remaking.drawing or self._outfitting.drawing:
             self._keep_moving()
+            self._drawn_since = self._clock() if self._drawn_since is None else self._drawn_since
+            if self._clock() - self._drawn_since > DRAWN_SECONDS:
+                self._drape.come_at_once()
+        else:
+            self._drawn_since = None
         if self._outfitting.under_way:
             self._dress_otherwise()
         else:

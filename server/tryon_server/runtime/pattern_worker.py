@@ -30,6 +30,7 @@ logger = logging.getLogger(__name__)
 REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further part of another garment is begun
 REST_SECONDS = 0.5  # simulated after a change that nobody watches: as long as cloth that is pulled at takes to follow
 LATER = "shown once it is let go"
+AGAIN = "Ask for it again, or have TRYON_SERVER_EDIT_SECONDS higher"
 ANOTHER = "Make it smaller, place it elsewhere or leave it out, or have TRYON_SERVER_EDIT_SECONDS higher"
 
 
@@ -248,7 +249,9 @@ class PatternWorker(OutfitWorker):
         if self._waiting.late(now, self._order.edit_seconds):
             longest = f"{self._order.edit_seconds:g} s, the most that an edit may take"
             what = f"it is not worn after {longest}{self._remaking.so_far}"
-            self._go_on_without(UnfitError(what, "edit", ANOTHER), drape)
+            first = self._waiting.first
+            remedy = AGAIN if first is None or first.edit is None else ANOTHER
+            self._go_on_without(UnfitError(what, "edit", remedy), drape)
             return
         end = now + REMAKING_SHARE * self._cost
         try:

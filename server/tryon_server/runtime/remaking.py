@@ -24,6 +24,8 @@ PUTTING_ON = Told("Putting it on anew", None)
 JUMP = 0.03  # m that cloth goes at most in the frame in which another cut is put on where one is worn: what would go
 # further, as the sides of a seam that is closed over a gap, is drawn there first (tryon_solver/drawn.py)
 
+AT_ONCE = 2  # moves of what catches up with what is worn, between two frames of that
+
 
 @dataclass(frozen=True, eq=False)
 class Dressing:
@@ -230,8 +232,13 @@ class Remaking:
 
 
 def caught_up(made: Drape, worn: Drape, stance: Callable[[], Stance]) -> Iterator[None]:
-    """Have what was made a few frames ago come to where the body of what is worn is by now, as if the room moved."""
-    made.come_along()
+    """Have what was made a few frames ago come to where the body of what is worn is by now, as if the room moved, in
+    parts of AT_ONCE moves, between which what is worn may be advanced by one: what was put on has folds to find, and
+    its first moves can take many times as long as others."""
     while made.seconds < worn.seconds:
-        made.advance(stance(), min(made.seconds + LONGEST_MOVE, worn.seconds))
-    yield from ()
+        made.come_along()
+        for _ in range(AT_ONCE):
+            if made.seconds < worn.seconds:
+                made.advance(stance(), min(made.seconds + LONGEST_MOVE, worn.seconds))
+        if made.seconds < worn.seconds:
+            yield None

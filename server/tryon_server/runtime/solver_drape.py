@@ -407,6 +407,11 @@ class SolverDrape:
             if not coming.is_there:  # nobody waits for the other any more: this one is worn on
                 self.go_on_in(let_go(self.simulation, before))
 
+    def come_at_once(self) -> None:
+        """Be with the next part where `come_to` draws it, if it does, however far that is."""
+        if self._coming_to is not None:
+            self._coming_to.be_there()
+
     def _come_to_without(
         self, other: SolverDrape, way: Iterator[None], off: Sequence[str]
     ) -> Iterator[SolverDrape | None]:

@@ -50,8 +50,9 @@ def refuse_what_is_too_tight(edit: Edit | None, overstretched: float) -> None:
 
 def with_cause(error: EditError, history: History, edit: Edit | None, wanted: Mapping[str, Any]) -> EditError:
     """The same of the `edit` that makes the `wanted` pattern: with the openings that it sews shut, or else with the
-    earlier edit that made the garment so small, where one did; other errors have nothing to do with either."""
-    if not isinstance(error, UnfitError):
+    earlier edit that made the garment so small, where one did; other errors have nothing to do with either, nor has
+    what takes an edit back or makes it again (None): that was worn before."""
+    if not isinstance(error, UnfitError) or edit is None:
         return error
     before, after = (openings(pattern) for pattern in (history.specification, wanted))
     if isinstance(edit, CloseSeam) and after < before:

@@ -124,6 +124,7 @@ class Worker(PatternWorker):
         self._held_back = HeldBack()
         self._held_edits = HeldEdits(beside)
         self._held_last: ChangePattern | None = None  # to be shown again once the garment is there that is being made
+        self._drawn_since: float | None = None  # s, when what is worn set out to where the new garment has it
         self._stuck = ""  # why the worn shape needs another mesh, where none can be put on
         self._worn: tuple[str, float | None, tuple[str, ...], float | None] = ("", None, (), None)
         self._simulated = 0.0

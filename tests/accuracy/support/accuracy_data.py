@@ -15,7 +15,7 @@ from tryon_solver.stepping.estimate import DIALLED_SCALE, SCALE
 
 Row = Mapping[str, Any]
 Run = tuple[str, str]  # commit and machine
-PRESETS, TRAJECTORY, TIMES = "presets", "trajectory", "times"
+PRESETS, TRAJECTORY, TIMES, DEADLINE = "presets", "trajectory", "times", "deadline"
 CPU = "cpu"
 USUAL_VERTICES = 600  # about, of the meshes that single steps are taken with
 OURS = ("ours", "trial")
@@ -71,8 +71,14 @@ class Measured:
 
     @property
     def shared(self) -> set[int]:
-        """States that all of our settings stepped from; another solver may have stepped from fewer."""
-        return set.intersection(*map(self.states, self.of_solver(*OURS) or self.rows))
+        """States that all of our settings stepped from; another solver, and what ends by a deadline, may have stepped
+        from fewer."""
+        ours = [name for name in self.of_solver(*OURS) if self.family[name] != DEADLINE]
+        return set.intersection(*map(self.states, ours or self.rows))
+
+    def ours_over(self, states: Set[int]) -> list[str]:
+        """Our settings that stepped from all of these."""
+        return [name for name in self.of_solver("ours") if states <= self.states(name)]
 
     def median(self, method: str, figure: str, states: Set[int] | None = None) -> float:
         """Over these states, or the shared ones, as far as the method has them; infinite without any, and where half

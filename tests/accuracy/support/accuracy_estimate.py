@@ -9,6 +9,7 @@ from accuracy_data import CPU, Found, Measured, Row, digits, table
 from accuracy_limits import WITHIN, is_within, preset_rows, within
 
 BEGUN_WITH = ("live", "draft")  # the presets that are dialled
+BOUGHT = {"accuracy": "dialled", "deadline": "under a deadline"}  # what a correction goes on for, and what it is called
 
 
 def estimate_table(found: Found) -> list[str]:
@@ -21,9 +22,10 @@ def estimate_table(found: Found) -> list[str]:
             if steps:
                 rows.append((said, f"1/{1 / dt:.0f} s", name, *right(steps)))
         for dt, begun_with in dict.fromkeys((m.case.dt, name) for m in found.errors for name in BEGUN_WITH):
-            steps = dialled_steps([m for m in found.errors if m.case.dt == dt], begun_with, held_out)
-            if steps:
-                rows.append((said, f"1/{1 / dt:.0f} s", f"dial at {begun_with}", *right(steps)))
+            for what, called in BOUGHT.items():
+                steps = bought_steps([m for m in found.errors if m.case.dt == dt], what, begun_with, held_out)
+                if steps:
+                    rows.append((said, f"1/{1 / dt:.0f} s", f"{called} at `{begun_with}`", *right(steps)))
     head = ("scenes", "step", "settings", "steps", *(f"within x{t:g}" for t, _ in WITHIN), "of the others too low")
     return table(head, rows)
 
@@ -39,17 +41,19 @@ def too_low(steps: Sequence[Row]) -> int:
     return sum(row["estimate"] < row["error"] for row in steps if not is_within(row, WITHIN[-1][0]))
 
 
-def dialled(measured: Measured, from_draft: bool) -> dict[float, list[Row]]:
-    """Steps that ended where they were near enough to balance, by the accuracy that was asked for [mm]."""
+def bought(measured: Measured, what: str, from_draft: bool) -> dict[float, list[Row]]:
+    """Steps that ended by an `accuracy` or a `deadline`, by what was asked for [mm or ms]."""
     at = {name: about["at"] for name, about in measured.about.items()}
-    asked = [name for name in at if "accuracy" in at[name] and ("from_draft" in at[name]) == from_draft]
-    return {at[name]["accuracy"]: [row for row in measured.rows[name] if row["error"] is not None] for name in asked}
+    asked = [name for name in at if what in at[name] and ("from_draft" in at[name]) == from_draft]
+    return {at[name][what]: [row for row in measured.rows[name] if row["error"] is not None] for name in asked}
 
 
-def dialled_steps(cases: Sequence[Measured], begun_with: str, held_out: bool, on_gpu: bool = False) -> list[Row]:
+def bought_steps(
+    cases: Sequence[Measured], what: str, begun_with: str, held_out: bool, on_gpu: bool = False
+) -> list[Row]:
     """All such steps on the CPU, or on a GPU, whatever they were asked for, of what was held out or of the rest."""
     of = [measured for measured in cases if (measured.case.held_out, measured.on_gpu) == (held_out, on_gpu)]
-    return [row for m in of for steps in dialled(m, begun_with == "draft").values() for row in steps]
+    return [row for m in of for steps in bought(m, what, begun_with == "draft").values() for row in steps]
 
 
 def asked_steps(found: Found, begun_with: str) -> dict[float, list[Row]]:
@@ -57,7 +61,7 @@ def asked_steps(found: Found, begun_with: str) -> dict[float, list[Row]]:
     steps: dict[float, list[Row]] = {}
     for measured in found.errors:
         if measured.device == CPU:
-            for mm, of in dialled(measured, begun_with == "draft").items():
+            for mm, of in bought(measured, "accuracy", begun_with == "draft").items():
                 steps.setdefault(mm, []).extend(of)
     return {mm: steps[mm] for mm in sorted(steps, reverse=True) if steps[mm]}
 

@@ -214,7 +214,7 @@ def guarantee_table(found: Found) -> list[str]:
 def sweep_table(measured: Measured) -> list[str]:
     """Every method of a case, by time."""
     points = {name: measured.point(name) for name in measured.rows}
-    ours = front({name: points[name] for name in measured.of_solver("ours")})
+    ours = front({name: points[name] for name in measured.ours_over(measured.shared)})
     errors = ("RMS p50 [mm]", "largest p50 [mm]", "strain [%]", "normal [degrees]")
     head = ("settings", "ms p50", *errors, "crossed", "on our front")
     rows = []
@@ -230,7 +230,7 @@ def front_table(found: Found) -> list[str]:
     """Along our front in each case: what each step up costs there, and at scale."""
     rows = []
     for measured in found.errors:
-        points = {name: measured.point(name) for name in measured.of_solver("ours")}
+        points = {name: measured.point(name) for name in measured.ours_over(measured.shared)}
         if len(points) <= len(measured.presets):
             continue
         names, before = front(points), None
@@ -253,7 +253,7 @@ def others_table(found: Found) -> list[str]:
         beyond = {name for name, *_ in beyond_ours(measured)}
         for name in measured.of_solver(*OTHERS):
             states = measured.shared & measured.states(name)
-            ours = {own: measured.point(own, states) for own in measured.of_solver("ours")}
+            ours = {own: measured.point(own, states) for own in measured.ours_over(states)}
             ms, error = measured.point(name, states)
             of = measured.rows[name]
             best = min((e for m, e in ours.values() if m <= ms), default=np.inf)

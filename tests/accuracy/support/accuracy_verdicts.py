@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from accuracy_data import Found, Measured, Row, digits, table
-from accuracy_estimate import BEGUN_WITH, asked_steps, dialled_steps, too_low
+from accuracy_estimate import BEGUN_WITH, BOUGHT, asked_steps, bought_steps, too_low
 from accuracy_limits import (
     AGREEMENT,
     IN_NUMPY,
@@ -27,7 +27,6 @@ from accuracy_tables import presets_at_scale, spent
 from methods import TITLES
 
 Lost = tuple[Measured, str, float, float, float | None]  # a case, and of it what `beyond_ours` says of a method
-PLACES = {False: "the CPU", True: "a GPU"}
 Far = tuple[Measured, list[Row], float]  # a case, its steps at the preset, and their error [mm], RMS over all
 
 
@@ -43,8 +42,12 @@ def estimate_chapter(found: Found) -> Chapter:
         judged = preset_rows(found, True, on_gpu)
         names = dict.fromkeys(f"`{name}`" for _, name, _ in judged)
         of[f"at {' and '.join(names)}{where}"] = [row for _, _, row in judged]
-        for name in BEGUN_WITH:
-            of[f"dialled at `{name}`{where}"] = dialled_steps(found.errors, name, True, on_gpu)
+        for what, called in BOUGHT.items():
+            for name in BEGUN_WITH:
+                for dt in dict.fromkeys(measured.case.dt for measured in found.errors):
+                    said = f"{called} at `{name}` in steps of 1/{1 / dt:.0f} s{where}"
+                    cases = [measured for measured in found.errors if measured.case.dt == dt]
+                    of[said] = bought_steps(cases, what, name, True, on_gpu)
     of = {said: rows for said, rows in of.items() if rows}
     verdicts = []
     for times, share in WITHIN:
@@ -72,25 +75,27 @@ def presets_told(found: Found) -> list[str]:
     """How often the estimate is right where the error is one that counts."""
     steps: dict[str, list[Row]] = {}
     for _, name, row in preset_rows(found, held_out=True):
-        steps.setdefault(name, []).append(row)
+        steps.setdefault(f"At `{name}`", []).append(row)
+    steps["At all of these"] = [row for rows in steps.values() for row in rows]
     told = []
-    for name, rows in steps.items():
+    for where, rows in steps.items():
         counted = [row for row in rows if row["error"] > NEGLIGIBLE]
         if counted:
             shares = " and ".join(f"x{t:g} for {100 * within(counted, t, 0.0):.0f} %" for t, _ in WITHIN)
             told.append(
-                f"- At `{name}` {len(counted)} of {len(rows)} steps held out are further off than {NEGLIGIBLE:g} mm. "
+                f"- {where} {len(counted)} of {len(rows)} steps held out are further off than {NEGLIGIBLE:g} mm. "
                 f"There the estimate is within {shares}; too low by more than that are {too_low(counted)}."
             )
     return told
 
 
 def dial_told(of: dict[str, list[Row]]) -> list[str]:
-    """Where the dial's estimates are right too seldom."""
+    """Where estimates of what was asked for an accuracy or a deadline are right too seldom."""
     times, share = WITHIN[0]
-    few = {said: rows for said, rows in of.items() if said.startswith("dialled") and within(rows, times) < share}
+    called = tuple(BOUGHT.values())
+    few = {said: rows for said, rows in of.items() if said.startswith(called) and within(rows, times) < share}
     shares = " and ".join(f"{right(rows, times)} of {len(rows)} steps {said}" for said, rows in few.items())
-    return [f"- Asked for an accuracy (`Settings.accuracy`), within x{times:g} are {shares}."] if few else []
+    return [f"- Within x{times:g} are {shares}."] if few else []
 
 
 def asked_told(found: Found) -> list[str]:
@@ -221,21 +226,33 @@ def reference_told(far: Sequence[Far]) -> list[str]:
 
 
 def fronts_chapter(found: Found) -> Chapter:
-    """No other solver's step is nearer than each of ours that takes no longer, its error being under JUDGED."""
+    """No other solver's step is nearer than each of ours that takes no longer, its error being under JUDGED. Judged by
+    what is of the CPU: on a GPU the others are not given what they are made for."""
     lost = [(measured, *beyond) for measured in found.errors for beyond in beyond_ours(measured)]
     beaten = {(m.name, m.about[name]["solver"]) for m, name, *_ in lost}
     fronts: dict[bool, dict[str, list[bool]]] = {False: {}, True: {}}
+    compared = []
     for solver in OTHERS:
         for measured in found.errors:
             if measured.of_solver(solver) and measured.of_solver("ours"):
                 name = TITLES[solver] + " (as a numpy program)" * (solver in IN_NUMPY)
                 fronts[measured.on_gpu].setdefault(name, []).append((measured.name, solver) not in beaten)
+                compared.append(measured)
     verdict = Verdict(
-        f"ours is on or below every other solver's Pareto front for errors of a step under {JUDGED:g} mm",
-        "; ".join(f"on {place}: {held_of(fronts[gpu])}" for gpu, place in PLACES.items() if fronts[gpu]),
-        [held for there in fronts.values() for of in there.values() for held in of],
+        f"ours is on or below every other solver's Pareto front for errors of a step under {JUDGED:g} mm, on the CPU",
+        held_of(fronts[False]),
+        [held for of in fronts[False].values() for held in of],
     )
-    return Chapter("Fronts", [verdict], fronts_told(lost) if lost else [])
+    on_gpu = [UNFAIR.format(held_of(fronts[True]))] if fronts[True] else []
+    told = [*(fronts_told(lost) if lost else []), *on_gpu, *timed_apart(compared)]
+    return Chapter("Fronts", [verdict], told)
+
+
+UNFAIR = (
+    "\nOn a GPU, where it is not judged: {}. Newton's are launched kernel by kernel there, and the force of air drag "
+    "is brought by the host within the time that is measured; their examples have a step captured as one graph, as "
+    "ours is. Of small garments most of the time is that of launches."
+)
 
 
 def held_of(fronts: Mapping[str, Sequence[bool]]) -> str:
@@ -248,7 +265,7 @@ def fronts_told(lost: Sequence[Lost]) -> list[str]:
     rows = []
     for measured, name, ms, error, best in lost:
         states = measured.shared & measured.states(name)
-        ours = {own: measured.point(own, states) for own in measured.of_solver("ours")}
+        ours = {own: measured.point(own, states) for own in measured.ours_over(states)}
         fastest = min(ours, key=lambda own: ours[own])
         alone = trials(measured, name)
         near = min((e for m, e in alone if m <= ms), default=None)
@@ -262,12 +279,16 @@ def fronts_told(lost: Sequence[Lost]) -> list[str]:
         )
     head = ("scene", "theirs", "ms", "mm", "crossed", "ours in no more time [mm]", "ours at its fastest", "ms")
     head = (*head, "of it correction and check", "mm", "PD alone at its fastest [ms]", "PD alone in no more time [mm]")
-    return [*lost_said(lost), "", *table(head, rows), *timed_apart(lost)]
+    return [*lost_said(lost), "", *table(head, rows)]
 
 
-def timed_apart(lost: Sequence[Lost]) -> list[str]:
+def timed_apart(compared: Sequence[Measured]) -> list[str]:
     """Scenes in which theirs and ours are of different runs, so that times need not compare."""
-    apart = [m.name for m, name, *_ in lost if any(m.run[own] != m.run[name] for own in m.of_solver("ours"))]
+    apart = [
+        m.name
+        for m in compared
+        if any(m.run[own] != m.run[name] for own in m.of_solver("ours") for name in m.of_solver("vbd", "style3d"))
+    ]
     scenes = "; ".join(dict.fromkeys(apart))
     return ["", f"Theirs and ours were timed in different runs, which may not compare, in: {scenes}."] * bool(apart)
 

@@ -175,6 +175,9 @@ class Tunic(PretendedPreset):
     def buy(self, accuracy: float | None, deadline: float | None) -> None:
         self.bought = accuracy, deadline
 
+    def come_at_once(self) -> None:
+        """It is there already."""
+
     def come_along(self) -> None:
         """It feels nothing, ever."""
 

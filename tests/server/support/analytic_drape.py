@@ -130,6 +130,7 @@ class WavingSheet(PretendedPreset):
         self.late, self.there_at = False, 0.0
         self.comes_along, self.along = False, []  # in the next advance, and in each that there was
         self.comes_to = None  # another that goes along
+        self.hurried = False
         self.bought: tuple[float | None, float | None] = (None, None)
         self.effects = PretendedEffects()
 
@@ -228,9 +229,13 @@ class WavingSheet(PretendedPreset):
         worn.comes_to, until = other, worn.t + DRAWN
         if worn is not self:
             yield worn
-        while worn.t < until:
+        while worn.t < until and not worn.hurried:
             yield
         worn.comes_to = None
+
+    def come_at_once(self) -> None:
+        if self.comes_to is not None:
+            self.hurried = True
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
