@@ -191,24 +191,26 @@ def document(page: Path, out: Path) -> int:
     """Write the page of all cases that were played into a folder, and of the rebuilds and drags timed there."""
     import drag_rate
     import memory_levels
+    from edit_verdicts import promises
     from rebuild_times import plots, table
 
+    def found(name: str) -> list[Any]:
+        return [json.loads(path.read_text()) for path in sorted(out.glob(name))]
+
     results = {path.stem: json.loads(path.read_text()) for path in sorted(out.glob("*-*x*.json"))}
-    text = markdown(results)
-    timed = out / "rebuild.json"
-    if timed.exists():
-        made = json.loads(timed.read_text())
+    rebuilt, dragged, taken = (found(f"{name}*.json") for name in ("rebuild", "drag", "levels"))
+    first = [next(iter(of), None) for of in (rebuilt, taken)]
+    text = markdown(results, promises(results, first[0], dragged, first[1]))
+    for made in rebuilt:
         folder = page.parent / page.stem
         folder.mkdir(parents=True, exist_ok=True)
         for name, drawn in plots(made["rows"]).items():
             (folder / f"{name}.svg").write_text(drawn)
         text += table(made, page.stem)
-    dragged = out / "drag.json"
-    if dragged.exists():
-        text += drag_rate.table(json.loads(dragged.read_text()))
-    taken = out / "levels.json"
-    if taken.exists():
-        text += memory_levels.table(json.loads(taken.read_text()))
+    if dragged:
+        text += drag_rate.table(dragged)
+    for levels_of in taken:
+        text += memory_levels.table(levels_of)
     page.write_text(text)
     return 1 if any(map(broken, results.values())) else 0
 

@@ -13,6 +13,7 @@ import pytest
 from edit_case import EditCase, whole_proof
 from edit_steps import EditSteps
 from edit_table import markdown
+from edit_verdicts import promises
 from edited_session import Shown
 from frames_after import FrameWatch
 from levels import grown
@@ -107,7 +108,7 @@ def test_a_hem_is_dragged_while_frames_come(tmp_path):
     assert found["held"] == 120
     assert min(found["before"], found["during"]) > 0
     assert found["crossing"].startswith("0 of ")
-    text = drag_rate.table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": [found]})
+    text = drag_rate.table([{"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": [found]}])
     assert f"| {found['vertices']} | 2 |" in text
 
 
@@ -334,6 +335,51 @@ def test_what_falls_may_be_fast_and_what_is_thrown_may_not(seen):
     assert faults.too_fast == []
     (said,) = seen(frame_at(fallen + [0.095, 0.095, 0.0], 10 / 30)).too_fast
     assert said.startswith("frame 11, 10 after an edit: 1.80 m/s")
+
+
+def played(garment="tshirt", kind="mixed", device="cuda:0", edits=500, vertices=2500, broken=(), value=0.1, anew=None):
+    case = replace(EditCase(garment, edits=edits, kind=kind), device=device, vertices=vertices).plain()
+    seconds = {how: {"count": 0} for how in ("value", "carried", "anew", "as before")}
+    seconds["value"] = {"count": 3, "p50": value, "p99": 1.0}
+    if anew is not None:
+        seconds["anew"] = {"count": 2, "p50": anew, "p99": anew}
+    faults = {"asked": 40, "crossing": []}
+    return {"case": case, "vertices": vertices, "broken": list(broken), "faults": faults, "seconds": seconds}
+
+
+def test_each_promise_is_held_to_what_was_measured():
+    fast, slow = played(edits=450), played(edits=50, broken=["in frame 3: 2 m/s"])
+    kinds = {kind: played(kind=kind, edits=50) for kind in KINDS}
+    assert [one.holds for one in promises({}, None, [], None)] == [None] * 11
+    shirt, dress, trousers, each, *_ = promises({"a": fast, **kinds}, None, [], None)
+    assert (shirt.holds, dress.holds, trousers.holds, each.holds) == (False, None, None, True), "50 edits are missing"
+    shirt, *_ = promises({"a": fast, "b": played(edits=50)}, None, [], None)
+    assert shirt.holds is True
+    assert "on a GPU 2 of 2 runs, of 500 edits, hold in all, and 0 of 80 judged frames cross" in shirt.measured
+    shirt, *_ = promises({"a": fast, "b": slow}, None, [], None)
+    assert (shirt.holds, "1 of 2 runs" in shirt.measured) == (False, True)
+    del kinds["dart"]
+    assert promises(kinds, None, [], None)[3].holds is False
+    assert promises(kinds, None, [], None)[3].measured.endswith("hold; not dart")
+
+
+def test_times_of_edits_are_held_to_what_was_promised_at_their_size_and_place():
+    large = {"a": played(vertices=20_000, value=0.04, anew=6.0), "b": played(device="cpu", value=0.3)}
+    value, carried, on_cpu, other_on_cpu = promises(large, None, [], None)[4:8]
+    assert (value.holds, value.measured) == (True, "40 to 40 ms in 1 runs")
+    assert (carried.holds, carried.measured) == (None, "dressed anew instead: 6.0 to 6.0 s in 1 runs")
+    assert (on_cpu.holds, on_cpu.measured, other_on_cpu.holds) == (False, "300 to 300 ms in 1 runs", None)
+    about = {"about": {"commit": "none"}}
+    rebuilt = {**about, "rows": [{"vertices": 20_000, "value": {"reduced matrix": 0.03, "inverse": 0.13}}]}
+    dragged = {"vertices": 20_000, "seconds": 60.0, "fps": 30.0, "before": 30.0, "during": 29.0, "wait_during": 0.06}
+    level = [100e6] * 100 + [150e6 + 10e6 * (k % 3) for k in range(900)]
+    factor, drag, memory = promises({}, rebuilt, [{**about, "rows": [dragged]}], {"row": {"taken": level}})[-3:]
+    assert (factor.holds, factor.measured) == (False, "160 ms")
+    assert drag.holds is True
+    assert memory.holds is True
+    for worse in ({"during": 20.0}, {"wait_during": 0.1}, {"seconds": 12.0}):
+        assert promises({}, None, [{**about, "rows": [{**dragged, **worse}]}], None)[-2].holds is False
+    assert promises({}, None, [], {"row": {"taken": [1e6 * k for k in range(200, 400)]}})[-1].holds is False
 
 
 def test_memory_that_grows_is_told_and_what_comes_back_is_not():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi, sin
 from pathlib import Path
@@ -167,13 +167,17 @@ def _judged(heard: _Heard, since: float) -> tuple[int, int]:
     return crossing, asked
 
 
-def table(made: Mapping[str, Any]) -> str:
+def table(runs: Sequence[Mapping[str, Any]]) -> str:
     """The section of the page."""
-    about = made["about"]
     lines = ["", "## A drag of sixty edits a second", ""]
-    lines += [f"Commit {about['commit']}; {about['machine']}; preset {about['preset']}.", ""]
-    lines += [row(["vertices", "seconds", *(name for name, *_ in FIGURES)]), row(["---"] * (2 + len(FIGURES)))]
-    for r in made["rows"]:
-        told = [form.format(r[key]) for _, key, form in FIGURES]
-        lines.append(row([str(r["vertices"]), f"{r['seconds']:g}", *told]))
-    return "\n".join([*lines, ""])
+    for made in runs:
+        about = made["about"]
+        rates = " and ".join(dict.fromkeys(f"{r['fps']:g}" for r in made["rows"]))
+        said = f"preset {about['preset']}; at most {rates} frames a second."
+        lines += [f"Commit {about['commit']}; {about['machine']}; {said}", ""]
+        lines += [row(["vertices", "seconds", *(name for name, *_ in FIGURES)]), row(["---"] * (2 + len(FIGURES)))]
+        for r in made["rows"]:
+            told = [form.format(r[key]) for _, key, form in FIGURES]
+            lines.append(row([str(r["vertices"]), f"{r['seconds']:g}", *told]))
+        lines.append("")
+    return "\n".join(lines)

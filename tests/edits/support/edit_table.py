@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from edit_verdicts import Promise
 from frames_after import ASKED_AFTER, EVERY, RAMP
 from speeds import AROUND, FREE, SPEED_LIMIT
 from undone import HEM_LIMIT
@@ -37,10 +38,13 @@ HEAD = (
 )
 
 
-def markdown(results: Mapping[str, Mapping[str, Any]]) -> str:
-    """The page, with a row for each case and what broke below."""
+def markdown(results: Mapping[str, Mapping[str, Any]], promised: Sequence[Promise] = ()) -> str:
+    """The page: what was promised, with a row for each case, and what broke below."""
     played = {name: result for name, result in results.items() if "failure" not in result}
     lines = ["# Edits of worn garments", ""]
+    if promised:
+        lines += [row(("promise", "measured", "holds")), row(["---"] * 3)]
+        lines += [*(row(one.cells) for one in promised), ""]
     for what in ("commit", "machine"):
         lines.append(f"- {what}: {'; '.join(sorted({result['about'][what] for result in played.values()}))}")
     minutes = sum(result["about"]["minutes"] for result in played.values())
