@@ -32,7 +32,8 @@ REFUSED = ("edit_refused", "invalid_field", "unknown_fabric")  # what the edit i
 @router.get("/{session_id}/edits")
 async def list_edits(session_id: str, services: ServicesDep, garment: str = "") -> list[EditReply]:
     """The edits of the pattern of a session's garment, the edited one unless it is named, live or ended, oldest first,
-    with those that were taken back, and whether they can be, and are worn yet."""
+    with those that were taken back and can be made again, until a new edit takes their place; and whether each can be
+    taken back, and is worn yet."""
     kept = await services.sessions.edits(session_id, garment)
     live = services.sessions.get(session_id)
     can_be_undone = undoable([one.id for one in kept if not one.undone])
