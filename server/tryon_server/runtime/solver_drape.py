@@ -73,7 +73,6 @@ class SolverDrape:
         self.simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
-        fit = "" if opening is None else opening.advice
         self.outfit = Outfit(
             vertex_count=garment.vertex_count,
             faces=garment.faces,
@@ -81,7 +80,7 @@ class SolverDrape:
             panel_of_face=garment.panel_of_face,
             panel_names=piece_names_of(garments),
             body=body,
-            fit=fit,
+            fit="" if opening is None else opening.advice,
             fitting_size=None if opening is None else opening.advised_size,
             notes=notes,
             size=size,
@@ -93,8 +92,7 @@ class SolverDrape:
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
         self.outgrown = self.not_carried = ""
-        self.waiting = False
-        self.went = 0.0
+        self.waiting, self.went = False, 0.0
         self._stance, self._time = pose, 0.0  # of the last advance
         self._coming_to: ComingTo | None = None
         self.effects = SolverEffects(self, asked)
@@ -102,8 +100,7 @@ class SolverDrape:
     @property
     def notes(self) -> tuple[str, ...]:
         """How garment and body were read, and what there is to say of the fit, for people."""
-        outfit = self.outfit
-        return (*outfit.notes, f"fit: {outfit.fit}") if outfit.fit else outfit.notes
+        return (*self.outfit.notes, f"fit: {self.outfit.fit}") if self.outfit.fit else self.outfit.notes
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -335,8 +332,7 @@ class SolverDrape:
 
     def buy(self, accuracy: float | None, deadline: float | None) -> None:
         """Solve so from the next ``advance`` on: to an error of ``accuracy`` [m], in ``deadline`` [s]."""
-        settings = self.simulation.settings
-        if (settings.accuracy, settings.deadline) != (accuracy, deadline):
+        if (self.simulation.settings.accuracy, self.simulation.settings.deadline) != (accuracy, deadline):
             self.simulation.buy(accuracy, deadline)
 
     @property
