@@ -42,7 +42,7 @@ PULL = 1e5  # N/m^3, per area of what is drawn: 100 Pa, as a tight waist presses
 
 @dataclass(frozen=True)
 class Drawn(Pins):
-    """Cloth drawn from frame to frame to where the contribution's value "places" (K,) vec3 m has it."""
+    """Cloth drawn from frame to frame to where the contribution's value "wanted" (K,) vec3 m has it."""
 
     module: ClassVar[str] = "tryon_solver.effects.drawn"
 
@@ -142,7 +142,8 @@ def left_after(apart: npt.NDArray[np.floating], t: float, dt: float, seconds: fl
     return left
 
 
-def draw(simulation: Simulation, places: np.ndarray) -> None:
-    """Draw to these places (K, 3) m in the next steps."""
+def draw(simulation: Simulation, here: np.ndarray, wanted: np.ndarray, dt: float) -> None:
+    """Draw vertices that are `here` (K, 3) m to where they are `wanted` (K, 3) m in the steps of the next dt s."""
     (contribution,) = (own for own in simulation.plan.contributions if own.name == "drawn")
-    contribution.values["places"].assign(places.astype(np.float32))
+    for name, value in (("places", here), ("wanted", wanted), ("left", np.array([dt]))):
+        contribution.values[name].assign(value.astype(np.float32))

@@ -48,9 +48,10 @@ class ComingTo:
         """The drape is about to be advanced to this pose in dt s: advance the other, and draw to where that comes."""
         if self._fault is not None:
             return
-        apart = None
+        here = apart = None
         if self._common is not None:
-            apart = drape.cloth_positions()[self._common.vertices] - self._seen_from(drape, self._common)
+            here = drape.cloth_positions()[self._common.vertices]
+            apart = here - self._seen_from(drape, self._common)
             if self.seconds == 0.0:
                 self._whole = seconds_for(apart)
         try:
@@ -58,9 +59,9 @@ class ComingTo:
         except Exception as error:  # what is worn goes on all the same; who waits for the other is told
             self._fault = error
             return
-        if self._common is not None and apart is not None and len(apart):
+        if self._common is not None and here is not None and apart is not None and len(here):
             there = self._seen_from(drape, self._common)
-            draw(drape.simulation, there + left_after(apart, self.seconds, dt, self._whole))
+            draw(drape.simulation, here, there + left_after(apart, self.seconds, dt, self._whole), dt)
         self.seconds += dt
 
     def _seen_from(self, drape: SolverDrape, common: Common) -> npt.NDArray[np.float32]:

@@ -1,10 +1,13 @@
 """Pins: springs hold vertices where they start, or lead them where their places are written."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
 from tryon_solver.body.pose import Pose
+from tryon_solver.drawn import draw, drawn_with
 from tryon_solver.geometry.carried import carried_by, frames_of
 from tryon_solver.rebind import settle_in
 from tryon_solver.scene import AirDrag, Gravity, Pins, Scene
@@ -44,6 +47,22 @@ def test_led_vertices_take_the_cloth_along():
     np.testing.assert_allclose(moved[led], [[-0.1, 0, 0]] * 2, atol=1e-3)
     assert moved[:, 0].mean() == pytest.approx(-0.1, abs=0.02)
     assert np.abs(moved[:, 1]).max() < 1e-6
+
+
+def test_what_is_drawn_goes_as_much_of_its_way_in_a_step_as_that_has_of_the_time():
+    garment, x = sheet(5, 5, 0.2, 0.2)
+    all_of_it, to = np.arange(25, dtype=np.int32), [0.04, 0.0, 0.0]
+    scene = Scene(garment, x, None, fabric(), drawn_with((AirDrag(5.0),), garment, all_of_it))
+    sim = build(scene, replace(PRESETS["live"], largest_step=1 / 120))
+    values = next(c for c in sim.plan.contributions if c.name == "drawn").values
+    sim.advance(None, 1 / 30)
+    assert np.abs(sim.cloth_positions() - x).max() < 1e-5, "nothing was wanted of it yet"
+    draw(sim, sim.cloth_positions(), x + to, 1 / 30)
+    for share in (0.5, 1.0):
+        sim.advance(None, (1 + share) / 30)
+        np.testing.assert_allclose(values["places"].numpy(), x + share * np.array(to), atol=1e-6)
+        assert values["left"].numpy()[0] == pytest.approx((1 - share) / 30, abs=1e-6)
+    assert np.abs(sim.cloth_positions() - x - to).max() < 5e-3
 
 
 def test_pins_that_hold_nothing_are_left_out_of_the_plan():
