@@ -200,6 +200,20 @@ def test_what_was_made_frames_ago_catches_up_in_parts_between_which_what_is_worn
     assert max(np.diff(advanced)) <= 2, "no frame waits for more"
 
 
+def test_what_catches_up_goes_as_fast_as_the_body_and_no_faster(both):
+    """The body goes 4 cm a frame; all six of them in one move would throw the cloth at 7 m/s."""
+    worn, other = both
+    pose = worn.pose
+    for k in range(1, 7):
+        worn.advance(Pose(pose.root + [0.0, 0.0, 0.04 * k], pose.rotations), k * LONGEST_MOVE)
+    for _ in caught_up(other, worn, lambda: worn.stance):
+        pass
+    assert other.stance is worn.stance
+    velocity = other.simulation.state.v.numpy()
+    assert np.median(velocity[:, 2]) == pytest.approx(0.04 / LONGEST_MOVE, rel=0.1)
+    assert np.linalg.norm(velocity, axis=1).max() < 2 * 0.04 / LONGEST_MOVE
+
+
 def test_who_can_wait_no_longer_has_it_there_at_once(both):
     worn, other = both
     coming, step = worn.come_to(other, iter(())), 0

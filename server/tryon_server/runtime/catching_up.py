@@ -84,7 +84,7 @@ class CatchingUp:
                 drape.leap(leap)
                 start = moved(start, leap)
             drape.come_along()
-            stance = _between(start, goal, float(ease(k / moves)), drape.own_motion)
+            stance = between(start, goal, float(ease(k / moves)), drape.own_motion)
             drape.advance(stance, drape.seconds + LONGEST_MOVE)
         drape.come_along()
 
@@ -113,7 +113,7 @@ def _shortest(start: Stance, goal: Stance) -> float:
     return abs(goal.time - start.time) if isinstance(start, Moment) and isinstance(goal, Moment) else 0.0
 
 
-def _between(start: Stance, goal: Stance, share: float, own: MeshSequence | None) -> Stance:
+def between(start: Stance, goal: Stance, share: float, own: MeshSequence | None) -> Stance:
     """The stance at this share of the way; of a body that moves by itself through its own frames."""
     if share >= 1.0:
         return goal
