@@ -224,6 +224,10 @@ class Drape(Protocol):
     @property
     def preset(self) -> str: ...
     @property
+    def stance(self) -> Stance:
+        """Where the body is, as the last ``advance`` had it."""
+
+    @property
     def seconds(self) -> float:
         """Simulated, until the last ``advance``, since it was dressed [s]."""
 

@@ -161,6 +161,10 @@ class Tunic(PretendedPreset):
         yield self
 
     @property
+    def stance(self) -> Pose:
+        return self.current
+
+    @property
     def seconds(self) -> float:
         return self.t
 

@@ -72,6 +72,10 @@ class Tunic(PretendedPreset):
 
     seconds = 0.0
 
+    @property
+    def stance(self) -> Pose:
+        return self.pose
+
     def come_at_once(self) -> None:
         """It is there already."""
 

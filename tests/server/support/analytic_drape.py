@@ -216,6 +216,10 @@ class WavingSheet(PretendedPreset):
         yield sheet
 
     @property
+    def stance(self):
+        return self.current
+
+    @property
     def seconds(self) -> float:
         return self.t
 
