@@ -194,23 +194,22 @@ def document(page: Path, out: Path) -> int:
     from edit_verdicts import promises
     from rebuild_times import plots, table
 
-    def found(name: str) -> list[Any]:
-        return [json.loads(path.read_text()) for path in sorted(out.glob(name))]
+    def found(name: str) -> dict[str, Any]:
+        return {path.stem: json.loads(path.read_text()) for path in sorted(out.glob(name))}
 
-    results = {path.stem: json.loads(path.read_text()) for path in sorted(out.glob("*-*x*.json"))}
-    rebuilt, dragged, taken = (found(f"{name}*.json") for name in ("rebuild", "drag", "levels"))
-    first = [next(iter(of), None) for of in (rebuilt, taken)]
-    text = markdown(results, promises(results, first[0], dragged, first[1]))
-    for made in rebuilt:
+    results, dragged = found("*-*x*.json"), list(found("drag*.json").values())
+    rebuilt, taken = (found(f"{name}.json").get(name) for name in ("rebuild", "levels"))
+    text = markdown(results, promises(results, rebuilt, dragged, taken))
+    if rebuilt is not None:
         folder = page.parent / page.stem
         folder.mkdir(parents=True, exist_ok=True)
-        for name, drawn in plots(made["rows"]).items():
+        for name, drawn in plots(rebuilt["rows"]).items():
             (folder / f"{name}.svg").write_text(drawn)
-        text += table(made, page.stem)
+        text += table(rebuilt, page.stem)
     if dragged:
         text += drag_rate.table(dragged)
-    for levels_of in taken:
-        text += memory_levels.table(levels_of)
+    if taken is not None:
+        text += memory_levels.table(taken)
     page.write_text(text)
     return 1 if any(map(broken, results.values())) else 0
 

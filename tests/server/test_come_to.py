@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from tryon_server.app import BUILT_IN_PATTERNS
 from tryon_server.runtime import production
-from tryon_server.runtime.catching_up import CatchingUp, taken_off_for
+from tryon_server.runtime.catching_up import CatchingUp, caught_up, taken_off_for
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
-from tryon_server.runtime.remaking import caught_up
 from tryon_server.runtime.sources import LONGEST_MOVE
 from tryon_solver.body.pose import Pose
 from tryon_solver.drawn import FASTEST, in_both, left_after, seconds_for
@@ -225,7 +224,7 @@ def test_who_can_wait_no_longer_has_it_there_at_once(both):
     worn.come_at_once()
     assert list(coming) == []
     assert any(own.name == "drawn" for own in worn.simulation.plan.contributions), "nobody lets go of what is put away"
-    assert other.seconds == pytest.approx(worn._time - 0.0, abs=STEP * step)
+    assert worn._coming_to is None
 
 
 def test_who_is_given_up_leaves_what_is_worn_as_it_hangs_by_itself(both):

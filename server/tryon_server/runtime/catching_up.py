@@ -21,6 +21,8 @@ logger = logging.getLogger(__name__)
 
 STRIDE = 0.15  # s that the body would take, unhurried, for what it goes in a move
 FEWEST = 4  # moves: the fabric takes on the folds of the new stance on the way
+SAME = 1e-6  # times a move, that one may be longer: what is left after it would be no time at all
+AT_ONCE = 2  # moves of what was made a few frames ago, between two frames of what is worn
 
 
 class CatchingUp:
@@ -84,9 +86,26 @@ class CatchingUp:
                 drape.leap(leap)
                 start = moved(start, leap)
             drape.come_along()
-            stance = between(start, goal, float(ease(k / moves)), drape.own_motion)
+            stance = _between(start, goal, float(ease(k / moves)), drape.own_motion)
             drape.advance(stance, drape.seconds + LONGEST_MOVE)
         drape.come_along()
+
+
+def caught_up(made: Drape, worn: Drape, stance: Callable[[], Stance]) -> Iterator[None]:
+    """Have what was made a few frames ago come to where the body of what is worn is by now, as if the room moved, in
+    parts of AT_ONCE moves, between which what is worn may be advanced by one: what was put on has folds to find, and
+    its first moves can take many times as long as others. In each move the body goes as much of the way as that has of
+    the time: with all of it in the first, cloth would go on from there at several times the body's speed."""
+    moves = 0
+    while (left := worn.seconds - made.seconds) > 0.0:
+        if moves and moves % AT_ONCE == 0:
+            yield None
+            left = worn.seconds - made.seconds
+        share = LONGEST_MOVE / left if left > LONGEST_MOVE * (1 + SAME) else 1.0
+        made.come_along()
+        to = _between(made.stance, stance(), share, made.own_motion)
+        made.advance(to, worn.seconds if share == 1.0 else made.seconds + share * left)
+        moves += 1
 
 
 def taken_off_for(before: Sequence[str], after: Sequence[str]) -> tuple[str, ...]:
@@ -113,7 +132,7 @@ def _shortest(start: Stance, goal: Stance) -> float:
     return abs(goal.time - start.time) if isinstance(start, Moment) and isinstance(goal, Moment) else 0.0
 
 
-def between(start: Stance, goal: Stance, share: float, own: MeshSequence | None) -> Stance:
+def _between(start: Stance, goal: Stance, share: float, own: MeshSequence | None) -> Stance:
     """The stance at this share of the way; of a body that moves by itself through its own frames."""
     if share >= 1.0:
         return goal

@@ -30,7 +30,6 @@ logger = logging.getLogger(__name__)
 REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further part of another garment is begun
 REST_SECONDS = 0.5  # simulated after a change that nobody watches: as long as cloth that is pulled at takes to follow
 LATER = "shown once it is let go"
-AGAIN = "Ask for it again, or have TRYON_SERVER_EDIT_SECONDS higher"
 ANOTHER = "Make it smaller, place it elsewhere or leave it out, or have TRYON_SERVER_EDIT_SECONDS higher"
 
 
@@ -250,7 +249,8 @@ class PatternWorker(OutfitWorker):
             longest = f"{self._order.edit_seconds:g} s, the most that an edit may take"
             what = f"it is not worn after {longest}{self._remaking.so_far}"
             first = self._waiting.first
-            remedy = AGAIN if first is None or first.edit is None else ANOTHER
+            assert first is not None
+            remedy = f"{ASK_AGAIN}, or have TRYON_SERVER_EDIT_SECONDS higher" if first.edit is None else ANOTHER
             self._go_on_without(UnfitError(what, "edit", remedy), drape)
             return
         end = now + REMAKING_SHARE * self._cost

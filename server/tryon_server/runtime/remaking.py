@@ -9,10 +9,9 @@ from functools import partial
 from typing import Any
 
 from tryon_server.runtime.beside import Beside, Made, NotMade, Task, Told
-from tryon_server.runtime.catching_up import CatchingUp, between
+from tryon_server.runtime.catching_up import CatchingUp, caught_up
 from tryon_server.runtime.drape import BuildDrape, Drape, Packed, Progress, Stance
 from tryon_server.runtime.order import DrapeOrder
-from tryon_server.runtime.sources import LONGEST_MOVE
 from tryon_server.runtime.tightness import UnfitError, refuse_what_is_too_tight
 from tryon_server.runtime.worn_before import WornBefore
 from tryon_server.sessions.events import Doing
@@ -23,9 +22,6 @@ from tryon_solver.redesign.edits import Edit
 PUTTING_ON = Told("Putting it on anew", None)
 JUMP = 0.03  # m that cloth goes at most in the frame in which another cut is put on where one is worn: what would go
 # further, as the sides of a seam that is closed over a gap, is drawn there first (tryon_solver/drawn.py)
-
-SAME = 1e-6  # times a move, that one may be longer: what is left after it would be no time at all
-AT_ONCE = 2  # moves of what catches up with what is worn, between two frames of that
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,20 +226,3 @@ class Remaking:
         """Put on what is unpacked, and bring it to where the body of the drape that is worn is."""
         self._catching_up = CatchingUp(unpacking, stance, drape)
         self._parts = self._catching_up.parts()
-
-
-def caught_up(made: Drape, worn: Drape, stance: Callable[[], Stance]) -> Iterator[None]:
-    """Have what was made a few frames ago come to where the body of what is worn is by now, as if the room moved, in
-    parts of AT_ONCE moves, between which what is worn may be advanced by one: what was put on has folds to find, and
-    its first moves can take many times as long as others. In each move the body goes as much of the way as that has of
-    the time: with all of it in the first, cloth would go on from there at several times the body's speed."""
-    while made.seconds < worn.seconds:
-        for _ in range(AT_ONCE):
-            left = worn.seconds - made.seconds
-            if left > 0.0:
-                share = LONGEST_MOVE / left if left > LONGEST_MOVE * (1 + SAME) else 1.0
-                made.come_along()
-                to = between(made.stance, stance(), share, made.own_motion)
-                made.advance(to, worn.seconds if share == 1.0 else made.seconds + share * left)
-        if made.seconds < worn.seconds:
-            yield None

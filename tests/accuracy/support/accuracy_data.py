@@ -19,7 +19,7 @@ PRESETS, TRAJECTORY, TIMES, DEADLINE = "presets", "trajectory", "times", "deadli
 CPU = "cpu"
 USUAL_VERTICES = 600  # about, of the meshes that single steps are taken with
 OURS = ("ours", "trial")
-BOUGHT = {"accuracy", "deadline"}  # what a correction goes on for, in place of its budget
+BOUGHT = {"accuracy": "dialled", "deadline": "under a deadline"}  # what a correction goes on for, and what it is called
 FIRST_SCALE = 2.7  # of all estimates, in runs that do not tell it
 
 
@@ -155,7 +155,7 @@ def scaled(row: Row, about: Mapping[str, Any]) -> Row:
     else that was measured follows from it."""
     if row.get("estimate") is None:
         return row
-    now = DIALLED_SCALE if BOUGHT & set(about["at"]) else SCALE
+    now = DIALLED_SCALE if BOUGHT.keys() & about["at"].keys() else SCALE
     return {**row, "estimate": row["estimate"] * now / about.get("scale", FIRST_SCALE)}
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from accuracy_data import CPU, Found, Measured, Row, digits, table
+from accuracy_data import BOUGHT, CPU, Found, Measured, Row, digits, table
 from accuracy_limits import WITHIN, is_within, preset_rows, within
 
 BEGUN_WITH = ("live", "draft")  # the presets that are dialled
-BOUGHT = {"accuracy": "dialled", "deadline": "under a deadline"}  # what a correction goes on for, and what it is called
 
 
 def estimate_table(found: Found) -> list[str]:

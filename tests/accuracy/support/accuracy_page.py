@@ -131,8 +131,9 @@ PROMISES_SAID = [
     "that nothing was fitted to, but for one exponent of the estimate, which was chosen by looking at three of them",
     f"(METHOD.md, section 14). An estimate counts as right where it and the error are under {NEGLIGIBLE:g} mm, and in",
     "brackets it does not. Presets whose own steps are shorter than all that were measured are not judged by it.",
-    "Dialled are steps that were asked for an accuracy, of whatever size. Estimates have a scale that was fitted, and",
-    "are told with today's, also of runs that had another: nothing else that was measured follows from it.",
+    "Dialled are steps that were asked for an accuracy, of whatever size. Estimates of single steps have a scale",
+    "that was fitted, and are told with today's, also of runs that had another: nothing else that was measured follows",
+    "from it. Those beside deadlines are as the runs told them.",
 ]
 PREFACE = [
     "Written by `python tests/accuracy --document`: every figure, count and verdict is computed from the kept runs,",

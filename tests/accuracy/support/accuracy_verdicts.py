@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-from accuracy_data import Found, Measured, Row, digits, table
-from accuracy_estimate import BEGUN_WITH, BOUGHT, asked_steps, bought_steps, too_low
+from accuracy_data import BOUGHT, Found, Measured, Row, digits, table
+from accuracy_estimate import BEGUN_WITH, asked_steps, bought_steps, too_low
 from accuracy_limits import (
     AGREEMENT,
     IN_NUMPY,
@@ -243,13 +243,13 @@ def fronts_chapter(found: Found) -> Chapter:
         held_of(fronts[False]),
         [held for of in fronts[False].values() for held in of],
     )
-    on_gpu = [UNFAIR.format(held_of(fronts[True]))] if fronts[True] else []
+    on_gpu = ["", UNFAIR.format(held_of(fronts[True]))] if fronts[True] else []
     told = [*(fronts_told(lost) if lost else []), *on_gpu, *timed_apart(compared)]
     return Chapter("Fronts", [verdict], told)
 
 
 UNFAIR = (
-    "\nOn a GPU, where it is not judged: {}. Newton's are launched kernel by kernel there, and the force of air drag "
+    "On a GPU, where it is not judged: {}. Newton's are launched kernel by kernel there, and the force of air drag "
     "is brought by the host within the time that is measured; their examples have a step captured as one graph, as "
     "ours is. Of small garments most of the time is that of launches."
 )
