@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from frame_judge import FrameJudge
 
-from tryon_server.runtime import coming_by
-from tryon_server.runtime.catching_up import caught_up, production
+from tryon_server.runtime import coming_by, production
+from tryon_server.runtime.catching_up import caught_up
 from tryon_server.runtime.order import DrapeOrder
 from tryon_solver.body.bvh import parse_bvh
 from tryon_solver.body.motion import blend_in
