@@ -20,11 +20,13 @@ What of a garment is given, and how. k_u, k_v, k_s, k_b are the fabric's stiffne
 Settings are those of Newton's examples in metres (cloth_twist, cloth_style3d, cloth_hanging): 10 sub-steps of a
 1/60 s frame, 10 iterations (VBD's and Style3D's default), particles of 3 mm about which the body is felt, cloth kept
 2 mm from cloth by VBD and 6 mm by Style3D (a radius of 3 mm, its default), contacts found anew in every sub-step. VBD
-looks for them 10 mm further: it moves no vertex by more than 0.43 of the two together between two looks, here 3 m/s.
+looks for them 10 mm further: it moves no vertex by more than 0.43 of the two together in a step, here 3 m/s.
 Contact stiffness is 1e3 N/m for fabrics of 0.2 kg/m^2, the example's, and in proportion for others.
 """
 
 from __future__ import annotations
+
+import math
 
 import newton
 import numpy as np
@@ -113,15 +115,18 @@ def chosen(
     whole: bool,
     led: bool = False,
     iterations: int = ITERATIONS,
+    gap: float = GAP,
 ) -> SolverVBD | SolverStyle3D | SolverXPBD:
     """The solver. `whole`, of VBD: the pipeline, which finds contacts of whole surfaces, is its own, and bounds moves
-    by them; `led`: rigid bodies are led from outside."""
+    by them; `led`: rigid bodies are led from outside; `gap` [m]: how much further than MARGIN VBD looks for contacts,
+    and the more room it is given for them the further that is."""
     if solver == "xpbd":
         return SolverXPBD(model, iterations=iterations)
     if solver == "style3d":
         made = SolverStyle3D(model, config=SolverStyle3D.Config(iterations=iterations))
         made.collision.radius = RADIUS
         return made
+    room = math.ceil(gap / GAP)
     own = {"rigid_soft_enable_dat": True, "collision_pipeline": pipeline} if whole else {}
     return SolverVBD(
         model,
@@ -129,9 +134,9 @@ def chosen(
         integrate_with_external_rigid_solver=led,
         particle_enable_self_contact=True,
         particle_self_contact_margin=MARGIN,
-        particle_self_contact_gap=GAP,
-        particle_vertex_contact_buffer_size=64,
-        particle_edge_contact_buffer_size=128,
+        particle_self_contact_gap=gap,
+        particle_vertex_contact_buffer_size=64 * room,
+        particle_edge_contact_buffer_size=128 * room,
         **own,
     )
 

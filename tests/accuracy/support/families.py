@@ -17,6 +17,9 @@ NEWTON = (1, 2, 4, 8, 16, 32)
 GRADIENTS = (10, 30, 60, 120)
 ACCURACIES = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)  # mm
 DEADLINES = (30.0, 100.0, 300.0)  # ms
+PEERS_ITERATIONS = (2, 5, 20, 80)
+VBD_GAPS = {27e-3: PEERS_ITERATIONS, 57e-3: PEERS_ITERATIONS, 116e-3: (5,)}
+"""VBD's iterations by its gap [m]: in a step of 1/60 s it moves vertices by up to 0.75, 1.5 and 3 m/s with these."""
 REDUCED, SMOOTHING = (0, 2, 4), (0, 5, 10)
 
 
@@ -119,10 +122,11 @@ def peer_family(_case: AccuracyCase) -> Mapping[str, Method]:
     """NVIDIA's Newton: its VBD and Style3D, in one step and in ten sub-steps."""
     return {
         **{
-            f"{title}, {n} iterations": Method(solver, at={"iterations": n})
-            for solver, title in (("vbd", "VBD"), ("style3d", "Style3D"))
-            for n in (5, 20, 80)
+            f"VBD, {n} iterations, gap {1e3 * gap:g} mm": Method("vbd", at={"iterations": n, "gap": gap})
+            for gap, iterations in VBD_GAPS.items()
+            for n in iterations
         },
+        **{f"Style3D, {n} iterations": Method("style3d", at={"iterations": n}) for n in PEERS_ITERATIONS},
         **{
             f"{title}, 10 x 10 iterations": Method(solver, at={"substeps": 10, "iterations": 10})
             for solver, title in (("vbd", "VBD"), ("style3d", "Style3D"))
