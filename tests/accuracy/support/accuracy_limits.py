@@ -54,7 +54,7 @@ def beyond_ours(measured: Measured) -> list[tuple[str, float, float, float | Non
         ms, error = measured.point(name, states)
         ours = [measured.point(own, states) for own in measured.ours_over(states)]
         best = min((e for m, e in ours if m <= ms), default=None)
-        if error < JUDGED and (best is None or best > max(error, AGREEMENT)):
+        if ours and error < JUDGED and (best is None or best > max(error, AGREEMENT)):
             found.append((name, ms, error, best))
     return found
 
