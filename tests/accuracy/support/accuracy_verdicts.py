@@ -252,25 +252,34 @@ def held_of(fronts: Mapping[str, Sequence[bool]]) -> str:
 
 
 def fronts_told(lost: Sequence[Lost]) -> list[str]:
-    """Which are beyond ours, beside ours at its fastest and projective dynamics without a correction."""
+    """Of each scene and solver the fastest and the nearest that are beyond ours, beside ours at its fastest and
+    projective dynamics without a correction."""
+    by_solver: dict[tuple[str, str], list[Lost]] = {}
+    for of in lost:
+        by_solver.setdefault((of[0].name, of[0].about[of[1]]["solver"]), []).append(of)
     rows = []
-    for measured, name, ms, error, best in lost:
-        states = measured.shared & measured.states(name)
-        ours = {own: measured.point(own, states) for own in measured.ours_over(states)}
-        fastest = min(ours, key=lambda own: ours[own])
-        alone = trials(measured, name)
-        near = min((e for m, e in alone if m <= ms), default=None)
-        ends = f"{crossed(measured, name)} of {len(measured.rows[name])}"
-        rows.append(
-            (
-                *(measured.name, name, digits(ms), digits(error), ends, digits(best)),
-                *(fastest, digits(ours[fastest][0]), f"{100 * corrected(measured, fastest):.0f} %"),
-                *(digits(ours[fastest][1]), digits(alone[0][0] if alone else None), digits(near)),
-            )
-        )
-    head = ("scene", "theirs", "ms", "mm", "crossed", "ours in no more time [mm]", "ours at its fastest", "ms")
-    head = (*head, "of it correction and check", "mm", "PD alone at its fastest [ms]", "PD alone in no more time [mm]")
+    for (scene, solver), beyond in by_solver.items():
+        fastest, nearest = min(beyond, key=lambda of: of[2]), min(beyond, key=lambda of: of[3])
+        ends = sum(len(measured.rows[name]) for measured, name, *_ in beyond)
+        crossing = sum(crossed(measured, name) for measured, name, *_ in beyond)
+        theirs = [f"{digits(ms)}: {digits(error)}" for _, _, ms, error, _ in (fastest, nearest)]
+        rows.append((scene, TITLES[solver], len(beyond), f"{crossing} of {ends}", *theirs, *ours_beside(nearest)))
+    head = ("scene", "theirs", "settings beyond ours", "ends that cross", "their fastest [ms: mm]")
+    head = (*head, "their nearest [ms: mm]", "ours in no more time than that [mm]", "ours at its fastest", "[ms: mm]")
+    head = (*head, "of it correction and check", "PD alone at its fastest [ms: mm]")
     return [*lost_said(lost), "", *table(head, rows)]
+
+
+def ours_beside(lost: Lost) -> tuple[str, ...]:
+    """Cells of what ours and PD alone are over the same states."""
+    measured, name, _, _, best = lost
+    states = measured.shared & measured.states(name)
+    ours = {own: measured.point(own, states) for own in measured.ours_over(states)}
+    fastest = min(ours, key=lambda own: ours[own])
+    share = f"{100 * corrected(measured, fastest):.0f} %"
+    alone = trials(measured, name)
+    pd = ": ".join(map(digits, alone[0])) if alone else digits(None)
+    return digits(best), fastest, ": ".join(map(digits, ours[fastest])), share, pd
 
 
 def timed_apart(compared: Sequence[Measured]) -> list[str]:
