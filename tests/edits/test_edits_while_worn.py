@@ -16,24 +16,28 @@ from edit_table import markdown
 from edit_verdicts import promises
 from edited_session import Shown
 from frames_after import FrameWatch
+from gone_on import Going, fastest_gone_on
 from levels import grown
 from rebuild_times import TOPOLOGY, VALUE, in_same_mesh, plots, table
 from run_edits import AFTER, EditRun
 from scipy.spatial.transform import Rotation
-from speeds import speed_on_body
+from speeds import speed_of_hanging, speed_on_body
 from undone import ELSEWHERE, FACTOR, NOT_THERE, other_than_from_scratch, silent
 from worn_frames import WornFrames
-from worn_on import fastest_worn_on
+from worn_on import fastest_worn_on, moment
 
 from tryon_protocol import BodySurface, DecodedFrame, Topology
+from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.production import build_drape
 from tryon_server.runtime.redesign import wanted
+from tryon_server.runtime.sources import MotionSource
 from tryon_solver.redesign import edits
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import KINDS
 from tryon_solver.redesign.remesh import Remesh
 
+FRAMES_ON, GONE_ON = 75, 6  # of a walk, the last ones by itself
 LENGTHENED = {"lengthen (value)": 1, "undo (value)": 1}
 THREE_EDITS = {
     "ease (value)": 2,
@@ -100,6 +104,32 @@ def test_a_garment_is_worn_on_through_all_of_the_motion(tmp_path):
     """As fast as it is there, which is less than was asked."""
     packed = build_drape(EditRun(EditCase(vertices=150), tmp_path, print).order, silent).packed()
     assert 0.3 < fastest_worn_on(packed, "walk", AFTER, enough=np.inf) < 1.0
+
+
+def test_a_garment_that_goes_on_is_as_fast_as_it_was_by_itself(tmp_path):
+    """A T-shirt in a walk: what is unpacked in its midst goes on with its velocities, and is not put elsewhere."""
+    drape = build_drape(EditRun(EditCase(vertices=150), tmp_path, print).order, silent)
+    source, shown = MotionSource(load_motion("walk", drape.outfit.body), drape.pose), []
+    fastest, going = 0.0, None
+    for _ in range(FRAMES_ON):
+        if len(shown) == FRAMES_ON - GONE_ON:
+            going = Going.of(drape, drape.packed(), shown[-1])
+        move = source.next(1 / 30)
+        drape.leap(move.leap)
+        before = moment(drape)
+        drape.advance(move.pose, drape.seconds + move.dt)
+        shown.append(Shown(frame_at(SHEETS, drape.seconds), topology(), 0.0, drape.stance))
+        if going is not None:
+            fastest = max(fastest, float(speed_of_hanging(before, moment(drape), move.dt).max()))
+    going.frames += shown[FRAMES_ON - GONE_ON :]
+    alone = fastest_gone_on(going, np.inf)
+    assert alone == pytest.approx(fastest, rel=0.1)
+    begun = going.frames[:2]
+    moving = fastest_gone_on(replace(going, frames=begun), np.inf)
+    still = fastest_gone_on(replace(going, v=0 * going.v, frames=begun), np.inf)
+    assert abs(moving - still) > 0.1 * moving, "m/s: of the first frame, its velocities count"
+    away = replace(begun[1].stance, root=begun[1].stance.root + [1.0, 0.0, 0.0])
+    assert fastest_gone_on(replace(going, frames=[begun[0], replace(begun[1], stance=away)]), np.inf) == 0.0
 
 
 def test_a_hem_is_dragged_while_frames_come(tmp_path):
@@ -193,7 +223,7 @@ def watched():
 
     def see(frame):
         watch.see(Shown(frame, topology(), 0.0))
-        watch.clear_up(lambda _speed: 0.0)  # worn on it hangs still
+        watch.clear_up(("worn on", lambda _speed: 0.0))  # it hangs still
         return watch.faults
 
     see(frame_at(SHEETS, 0.0))
@@ -305,7 +335,7 @@ def test_a_frame_that_is_fast_is_no_fault_where_the_garment_is_so_by_itself(watc
     watch.changed("an edit")
     for k in range(1, 6):
         watch.see(Shown(frame_at(SHEETS + [1.8 * k / 30, 0.0, 0.0], k / 30), topology(), 0.0))
-    watch.clear_up(lambda _speed: worn_on)
+    watch.clear_up(("gone on", lambda _speed: 1.5), ("worn on", lambda _speed: worn_on))
     told, other = (watch.faults.too_fast, watch.faults.fast_by_itself)[:: 1 if worn_on < 1.8 else -1]
     assert [said.partition(":")[0] for said in told] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
     assert other == []

@@ -13,6 +13,7 @@ from undone import HEM_LIMIT
 
 NEAREST = "*"  # at speeds of runs that were judged before others than the nearest point counted
 LIMBS = "+"  # at those judged before what hangs free was held to the trunk
+WORN_ALONE = "°"  # at counts of those judged before garments were gone on in without the change
 HEAD = (
     "case",
     "edits",
@@ -60,12 +61,14 @@ def markdown(results: Mapping[str, Mapping[str, Any]], promised: Sequence[Promis
         f"within {100 * FREE:g} cm against the pelvis, if that is less ({LIMBS}: not so), as a hem hangs still while a",
         "shin swings past it; frames that are too fast against such a limb alone are counted beside;",
         f"the limit is {SPEED_LIMIT:g} m/s, or, if that is higher, the speed that the motion",
-        "gave the garment before it was edited. Where a frame after a change is faster, the garment that the change",
-        "made is put where it hung and worn through the motion with no edit: frames in which it is as fast by itself",
-        "are no fault, and counted beside. What a vertex has fallen since the change does not count:",
-        "sqrt(v^2 - 2 g h), as cloth that has lost what held it falls. The hem's mean height after all was taken back",
-        f"is compared with that of a garment that was never edited (–: was not); the limit is {1e3 * HEM_LIMIT:g} mm.",
-        "Where it is farther, the other one is put where this one hangs, and has to hang there, too (in brackets).",
+        "gave the garment before it was edited. Where a frame after a change is faster, what was worn when the",
+        f"change was asked for goes on from there without it, velocities and all ({WORN_ALONE}: was not asked), and",
+        "the garment that the change made is put where it hung and worn through the motion with no edit: where either is",
+        "as fast by itself, as cloth is that an earlier edit let loose and legs kick, it is no fault, and counted",
+        "beside. What a vertex has fallen since the change does not count: sqrt(v^2 - 2 g h), as cloth that has lost",
+        "what held it falls. The hem's mean height after all was taken back is compared with that of a garment that",
+        f"was never edited (–: was not); the limit is {1e3 * HEM_LIMIT:g} mm. Where it is farther, the other one is",
+        "put where this one hangs, and has to hang there, too (in brackets).",
         "Memory is what the process has taken, after a tenth of the changes and at the end.",
         "",
         row(HEAD),
@@ -114,6 +117,7 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
 
     hows = (count(how=h) + count(how=h, back=True) for h in ("(value", "(topology", "(put on anew", "(put on as"))
     hem, memory = result["undone"]["hem"], result["memory"]
+    alone = "" if "gone_on" in faults else WORN_ALONE
     nearest = NEAREST if "around" not in faults else "" if "free" in faults else LIMBS
     put = result["undone"].get("hem_there")  # not in runs of before it was asked
     there = "" if put is None else f" ({1e3 * (hem[0] - put):+.1f})"
@@ -128,7 +132,7 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
         str(len(faults["crossing"])),
         str(len(faults["not_numbers"])),
         *(f"{faults[speed]:.2f}{nearest}" for speed in ("fastest", "fastest_of_itself", "fastest_unedited")),
-        str(len(faults["fast_by_itself"])) if "fast_by_itself" in faults else "–",
+        f"{len(faults['fast_by_itself'])}{alone}" if "fast_by_itself" in faults else "–",
         str(faults.get("limb_passes", "–")),
         f"{result['stretch']:.2f}",
         "–" if hem is None else f"{1e3 * (hem[0] - hem[1]):+.1f}{there}",

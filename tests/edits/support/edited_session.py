@@ -11,7 +11,7 @@ import gc
 import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from tryon_protocol import DecodedFrame, FrameDecoder, Topology, TopologyMessage, decode_server
 from tryon_server.runtime.arming import Armoury, Compiling
@@ -36,11 +36,12 @@ Script = Generator[Sequence[Command], None, None]
 
 @dataclass(frozen=True)
 class Shown:
-    """A frame as a client has it, and when it came: s by the machine's clock."""
+    """A frame as a client has it, and when it came: s by the machine's clock; and the body's stance in it."""
 
     frame: DecodedFrame
     topology: Topology
     came: float
+    stance: Any = None
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class EditedSession:
             case FrameReady():
                 assert self._topology is not None
                 frame = self._decoder.decode(event.shared.data)
-                self._frames.append(Shown(frame, self._topology, time.perf_counter()))
+                self._frames.append(Shown(frame, self._topology, time.perf_counter(), self.drape.stance))
             case EditMade() | EditRefused():
                 self._answers.append(event)
             case Troubled():

@@ -46,6 +46,7 @@ class Faults:
             "limb_passes": self.limb_passes,
             "around": AROUND,
             "free": FREE,
+            "gone_on": True,
             "fastest": self.fastest,
             "fastest_of_itself": self.fastest_of_itself,
             "fastest_on_ramp": self.fastest_on_ramp,
@@ -71,17 +72,20 @@ class FrameWatch:
         self._after, self._frames_since, self._seconds_since = what, 0, 0.0
         self._falling = Falling()
 
-    def clear_up(self, worn_on: Callable[[float], float]) -> None:
-        """Look at the frames that were over the limit since this was done last: where the garment of then, `worn_on`
-        with no edit, is as fast, given the speed that is asked about [m/s], the motion takes it so."""
-        if self._suspects:
-            fastest = worn_on(max(speed for speed, _ in self._suspects))
-            for speed, said in self._suspects:
-                if speed > fastest:
-                    self.faults.too_fast.append(f"{said}; worn on with no edit it goes at {fastest:.2f}")
-                else:
-                    self.faults.fast_by_itself.append(said)
-            self._suspects.clear()
+    def clear_up(self, *by_itself: tuple[str, Callable[[float], float]]) -> None:
+        """Look at the frames that were over the limit since this was done last: where the garment is as fast
+        `by_itself`, in one of these ways, given the speed that is asked about [m/s], the motion takes it so. Each way
+        is asked about what the ones before left; it comes with what is said of it."""
+        left = list(self._suspects)
+        for said_of_it, fastest_of in by_itself:
+            if not left:
+                break
+            fastest = fastest_of(max(speed for speed, _ in left))
+            told = [(speed, f"{said}; {said_of_it} it goes at {fastest:.2f}") for speed, said in left]
+            self.faults.fast_by_itself += [said for speed, said in told if speed <= fastest]
+            left = [(speed, said) for speed, said in told if speed > fastest]
+        self.faults.too_fast += [said for _, said in left]
+        self._suspects.clear()
 
     def see(self, shown: Shown) -> None:
         """The next frame."""

@@ -14,6 +14,7 @@ from edit_case import EditCase, mean_edge
 from edit_steps import EditSteps
 from edited_session import EditedSession, Script, Shown
 from frames_after import FrameWatch
+from gone_on import Going, fastest_gone_on
 from levels import grown
 from undone import ELSEWHERE, UNDER_WAY, Undone, other_than_from_scratch
 from worn_frames import WornFrames
@@ -67,6 +68,8 @@ class EditRun:
         self.stretch = 0.0
         self.memory: list[int] = []
         self.worn: PackedDrape | None = None  # as it was after the last change that was looked at
+        self.going: Going | None = None  # on from there
+        self.without: Going | None = None  # on from when the last change was asked for, without it
         self.undone = Undone(self.order, case.motion, case.continued)
 
     def run(self) -> dict[str, Any]:
@@ -104,11 +107,11 @@ class EditRun:
         steps = EditSteps(session_pattern(self.order), case.kind, case.deepest, case.seed)
         first = [steps.next()] if case.at_once else []
         shown = yield from session.start(*first)
-        self.watch.see(shown)
+        self.see(shown)
         if first:
             self.take(steps, first[0], (yield from session.answer()))
         else:
-            yield from self.look(session, UNEDITED)
+            self.set_out(session, (yield from self.look(session, UNEDITED))[-1])
         self.tell("edited")
         while self.edits_made() < case.edits:
             if sum(self.asked.values()) > ASKED_MOST * case.edits:
@@ -120,7 +123,7 @@ class EditRun:
         if not steps.history.done:
             self.tell("all taken back")
             worn = self.worn_frames.at(self.watch.faults.frames)
-            yield from self.undone.compare(session, steps.history, self.watch.see, worn)
+            yield from self.undone.compare(session, steps.history, self.see, worn)
             self.clear_up()
 
     def edits_made(self) -> int:
@@ -133,25 +136,26 @@ class EditRun:
         """Ask for a change; if it is made, look at the frames that follow. Was it?"""
         answer = yield from session.change(command)
         for each in answer.before:
-            self.watch.see(each)
+            self.see(each)
         self.clear_up()
         before = steps.history.specification
         if not self.take(steps, command, answer.event, answer.put_on):
             return False
         self.watch.changed(described(command))
+        self.without = self.going
         shown = yield from session.frame()
         how = answer.put_on or ("carried" if changed_mesh(answer.event) else "value")
         if how in NEW_MESH:
             self.worn_frames.replaced(how, before, steps.history.specification, self.watch.faults.frames)
         self.seconds[how].append(shown.came - answer.asked)
-        self.watch.see(shown)
-        yield from self.look(session, AFTER - 1)
+        self.see(shown)
+        looked_at = yield from self.look(session, AFTER - 1)
         if how in NEW_MESH and sum(len(self.seconds[each]) for each in NEW_MESH) % SCRATCH == 1:
             other, left_out = other_than_from_scratch(session.drape, self.order)
             self.rebuilt += left_out not in (ELSEWHERE, UNDER_WAY)
             self.left_out.update([left_out] if left_out else [])
             self.broken += [f"after {described(command)}, other than built from scratch: {name}" for name in other]
-        self.worn = session.drape.packed()
+        self.set_out(session, looked_at[-1])
         self.clear_up()
         self.stretch = max(self.stretch, float(session.drape.simulation.stretches().max()))
         self.memory.append(own_bytes(os.getpid()))
@@ -161,13 +165,17 @@ class EditRun:
         return True
 
     def clear_up(self) -> None:
-        """Ask of frames that were too fast whether the garment, as it is since the last change, is so by itself."""
+        """Ask of frames that were too fast whether the garment is so by itself: without the last change, or worn on as
+        it is since."""
+
+        def gone_on(speed: float) -> float:
+            return 0.0 if self.without is None else fastest_gone_on(self.without, speed)
 
         def worn_on(speed: float) -> float:
             assert self.worn is not None
             return fastest_worn_on(self.worn, self.case.motion, AFTER, speed)
 
-        self.watch.clear_up(worn_on)
+        self.watch.clear_up(("gone on without the change", gone_on), ("worn on with no edit", worn_on))
 
     def take(
         self, steps: EditSteps, command: ChangePattern, event: EditMade | EditRefused, put_on: str = ""
@@ -192,8 +200,20 @@ class EditRun:
         seen = []
         for _ in range(frames):
             seen.append((yield from session.frame()))
-            self.watch.see(seen[-1])
+            self.see(seen[-1])
         return seen
+
+    def see(self, shown: Shown) -> None:
+        """The next frame."""
+        self.watch.see(shown)
+        for going in (self.going, self.without):
+            if going is not None:
+                going.frames.append(shown)
+
+    def set_out(self, session: EditedSession, shown: Shown) -> None:
+        """Keep what is worn as it goes in this frame, which is the last one."""
+        self.worn = session.drape.packed()
+        self.going = Going.of(session.drape, self.worn, shown)
 
 
 def session_pattern(order: DrapeOrder) -> Any:
