@@ -162,6 +162,7 @@ def settle(simulation: Simulation, pose: Any, seconds: float, progress: Progress
     for k in range(frames):
         progress("settling", k / frames)
         simulation.advance(pose, begun + (k + 1) * step)
+    simulation.candidates.begin_anew()
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,9 @@ class NoCandidates:
     idle = True
     places = ()
 
+    def begin_anew(self) -> None:
+        """It takes no room."""
+
 
 class NoPairs:
     """In place of contact's `ContactPairs`; what kernels are told of them is that there are none."""

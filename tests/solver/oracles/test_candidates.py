@@ -288,6 +288,27 @@ def test_room_that_many_lists_did_not_need_is_given_back_and_found_again(tangle,
     assert sim.candidates.capacity > 16
 
 
+def test_room_that_is_not_needed_any_more_is_given_back_soon_where_that_is_known(tangle, rng, monkeypatch):
+    monkeypatch.setattr(candidates, "SOON", 3)
+    monkeypatch.setattr(found, "LEAST", 16)
+    sim = tangle.sim
+
+    def listed(x):
+        tangle.set_motion(x, np.zeros_like(x))
+        search.search_around(sim, sim.state.x, sim.work.direction)
+        return tangle.candidate_keys()
+
+    apart = tangle.x + 1.0 * np.arange(len(tangle.x))[:, None]  # nothing is near anything
+    assert len(listed(crumple(tangle, rng))) > 16
+    for _ in range(8):
+        listed(apart)
+    assert sim.candidates.capacity > 16, "it may be needed again"
+    sim.candidates.begin_anew()
+    for _ in range(4):
+        listed(apart)
+    assert sim.candidates.capacity == max(len(one.ids) for one in sim.candidates.found) == 16
+
+
 def test_vertices_to_be_sewn_together_are_no_candidates(rng):
     """Two corners of one group: stencils with both are left out, all others stay."""
     tangle = Tangle(columns=5, size=0.1)

@@ -5,6 +5,7 @@ import pytest
 from worn_garment import DEMO
 
 from tryon_solver.body.model import default_body
+from tryon_solver.contact.candidates import FILLINGS, SOON
 from tryon_solver.dressing import dress as dressing
 from tryon_solver.dressing.dress import CLOSING_SECONDS, SEWING_SECONDS, SEWING_STEP, dress
 from tryon_solver.geometry.panel_mesh import mesh_pattern
@@ -27,6 +28,7 @@ def sewn_frames():
         progress=lambda stage, _share: stages.append(stage),
     )
     assert np.isfinite(dressed.simulation.cloth_positions()).all()
+    assert dressed.simulation.candidates.fillings == FILLINGS - SOON, "how much room it takes worn is asked soon"
     return stages.count("sewing")
 
 
