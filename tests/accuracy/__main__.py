@@ -38,7 +38,7 @@ from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
 
 STEPS = (30, 60)  # 1/s: those of `draft` and of `live`
-PLAIN = ("presets", "trajectory", "baselines")
+PLAIN = ("presets", "trajectory", "baselines", "inertia")
 FIRST_OF_ALL = "presets"  # the family that the reference is made with; the others look its steps up
 
 

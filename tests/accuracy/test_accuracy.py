@@ -148,6 +148,17 @@ def test_others_take_the_same_step(square, contacts, method, most):
     assert way > 2 * off, "it is not that nothing moves"
 
 
+def test_with_no_solver_cloth_goes_on_as_it_went(square):
+    case, step = square
+    stepper = stepper_of(case, Method("inertia"), "cpu")
+    stepper.begin(step.before, None)
+    ended = stepper.step(STILL, DT)
+    n = len(step.before.v)
+    assert np.abs(step.before.v).max() > 0.1
+    np.testing.assert_array_equal(ended.x[:n], step.before.x[:n] + DT * step.before.v)
+    np.testing.assert_allclose(ended.x[n:], step.before.x[n:], atol=1e-12)
+
+
 def test_measures_of_a_known_displacement(square):
     """Cloth that is shifted is off by the shift and nowhere strained; stretched cloth is strained by its stretch; a
     vertex pushed through the ball crosses it; what is not a number is told so."""

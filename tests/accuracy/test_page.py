@@ -190,7 +190,7 @@ def test_what_has_no_figure_is_listed_and_what_has_one_is_not(tmp_path):
     put(tmp_path, "trial", trial)
     said = not_measured(read_results(tmp_path), [])
     assert said[0].startswith("Errors of single steps on a GPU")
-    others = "accuracy, deadline, newton, cycles, others, precision, baselines, peers, trajectory"
+    others = "accuracy, deadline, newton, cycles, others, precision, baselines, inertia, peers, trajectory"
     assert said[1] == f"In steps of 1/60 s, as `--families` names it: {others}, of all scenes."
     assert "In steps as short as their own: `reference` (1/120 s); they take the others' here." in said
     put(tmp_path, "peers", {"VBD": (about("vbd", iterations=5), rows("VBD", (1.0, 0)))})

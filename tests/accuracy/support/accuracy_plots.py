@@ -58,7 +58,7 @@ def solver_lines(measured: Measured) -> list[Line]:
     presets = drawable([measured.point(name) for name in measured.presets])
     if presets:
         lines.append(Line("our presets", presets, 0, dashed=True))
-    for colour, solver in enumerate(s for s in TITLES if s != "float64"):
+    for colour, solver in enumerate(s for s in TITLES if s not in ("float64", "inertia")):
         points = {name: measured.point(name) for name in measured.of_solver(solver)}
         line = drawable([points[name] for name in front(points)])
         if line:

@@ -118,6 +118,11 @@ def baseline_family(_case: AccuracyCase) -> Mapping[str, Method]:
     }
 
 
+def inertia_family(_case: AccuracyCase) -> Mapping[str, Method]:
+    """No solver: cloth goes on as it went, through whatever is there."""
+    return {"inertia alone": Method("inertia")}
+
+
 def peer_family(_case: AccuracyCase) -> Mapping[str, Method]:
     """NVIDIA's Newton: its VBD and Style3D, in one step and in ten sub-steps."""
     return {
@@ -144,11 +149,12 @@ FAMILIES = {
     "trial": trial_family,
     "precision": precision_family,
     "baselines": baseline_family,
+    "inertia": inertia_family,
     "peers": peer_family,
     "trajectory": preset_family,
 }
 SWEPT = ("accuracy", "deadline", "newton", "cycles", "others", "trial", "precision")
-OF_NUMPY = ("precision", "baselines")  # families that run on no GPU
+OF_NUMPY = ("precision", "baselines", "inertia")  # families that run on no GPU
 ON_DEVICE = tuple(family for family in FAMILIES if family not in OF_NUMPY)
 FREE_RUNNING = ("trajectory",)  # from the first state on, and not from each
 

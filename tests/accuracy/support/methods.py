@@ -13,6 +13,7 @@ TITLES = {
     "ours": "ours",
     "trial": "projective dynamics alone",
     "float64": "ours in float64",
+    "inertia": "inertia alone",
     "newton_ipc": "Newton IPC",
     "xpbd": "XPBD",
     "chebyshev": "Chebyshev-Jacobi PD",

@@ -161,12 +161,33 @@ class Baseline:
         return Ended(x, ms, {} if solved is None else {"newton": solved.iterations})
 
 
+class Inertia:
+    """No solver."""
+
+    is_compiled = False
+
+    def __init__(self, scene: ContactScene) -> None:
+        self.now, self.data = clock_of("cpu"), Reference(scene.scene)  # its skin, nothing else
+
+    def begin(self, motion: Motion, _contacts: Contacts | None) -> None:
+        self.motion = motion
+
+    def step(self, pose: Pose, dt: float) -> Ended:
+        """To x + h v."""
+        begun = self.now()
+        x = self.motion.x[: len(self.motion.v)] + dt * self.motion.v
+        ms = 1e3 * (self.now() - begun)
+        return Ended(np.vstack([x, self.data.skin(pose)]), ms)
+
+
 def stepper_of(scene: ContactScene, method: Method, device: str) -> Stepper:
     """The method's, ready for a state."""
     if method.solver in ("ours", "trial", "float64"):
         return Ours(scene, method, device)
     if method.solver in ("xpbd", "chebyshev", "newton_ipc"):
         return Baseline(scene, method)
+    if method.solver == "inertia":
+        return Inertia(scene)
     from peer_steps import ByNewton  # an optional group of packages
 
     return ByNewton(scene, method, device)
