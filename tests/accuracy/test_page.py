@@ -240,7 +240,8 @@ def test_each_figure_has_its_commit_and_machine(tmp_path):
         "| skirt, walk, 1/60 s, 600 vertices, 20 states | peers | none | another |\n"
         "| skirt, walk, 1/60 s, 600 vertices, 20 states | presets | none | none |\n"
     ) in said
-    assert "timed in different runs, which may not compare, in: skirt, walk, 1/60 s.\n" in said
+    assert "| draft | 5: 1* | 60 % |" in said
+    assert "*: timed in another run than theirs, and times of two runs may not compare.\n" in said
 
 
 def test_what_was_had_is_told_beside_what_was_asked_for(tmp_path):

@@ -33,7 +33,7 @@ def test_what_does_not_hold_is_named(tmp_path):
         *("### The estimate", "### The presets' order", "### Fronts"),
     ]
     assert "- skirt, walk, 1/60 s: live has 0.3 after draft's 0.1 [mm]\n" in broken
-    assert "| skirt, walk, 1/60 s | XPBD | 1 | 0 of 2 | 1: 0.2 | 1: 0.2 | - | draft | 5: 0.1 | 60 % | - |" in broken
+    assert "| skirt, walk, 1/60 s | XPBD | 2 | 1 | 0 of 2 | 1: 0.2 | 1: 0.2 | - | - | draft | 5: 0.1 | 60 % | - |" in broken
 
 
 def test_steps_whose_error_counts_are_told_apart_from_those_that_are_right_for_being_small(tmp_path):
@@ -127,6 +127,8 @@ def test_a_front_is_lost_to_one_solver_and_not_to_the_others(tmp_path):
     put(tmp_path, "peers", others)
     one = {"PD alone": (about("trial", cycles=1), rows("PD alone", (1.5, 0), (1.5, 0), ms=3.0))}
     put(tmp_path, "trial", one)
+    alone = {"inertia alone": (about("inertia"), rows("inertia alone", (0.5, 0), (0.5, 0), ms=0.01))}
+    put(tmp_path, "inertia", alone)
     chapter = fronts_chapter(read_results(tmp_path))
     (verdict,) = chapter.verdicts
     assert verdict.holds == "in part"
@@ -134,8 +136,12 @@ def test_a_front_is_lost_to_one_solver_and_not_to_the_others(tmp_path):
     assert verdict.measured == f"{xpbd}; Newton's Style3D in 0 of 1 scenes"
     assert chapter.told[0].startswith("Beyond ours: Newton's Style3D, with 5 or 20 iterations, 2 in all.")
     assert "2 of their 4 ends cross" in chapter.told[0]
-    assert any("That takes no less than theirs in 1 of 2." in line for line in chapter.told)
-    told = "| Newton's Style3D | 2 | 2 of 4 | 3: 2 | 4: 1.8 | - | draft | 5: 1 | 60 % | 3: 1.5 |"
+    assert any("That takes no less than theirs in 1 of 2; in the others" in line for line in chapter.told)
+    known = "ends 0.5 to 0.5 mm off in these cases: nearer than 2 of 2 of theirs"
+    assert any(known in line for line in chapter.told)
+    farther = "Of ours 1 of 3 settings end farther than that: skirt, walk, 1/60 s: draft."
+    assert any(line.endswith(farther) for line in chapter.told)
+    told = "| Newton's Style3D | 2 | 2 | 2 of 4 | 3: 2 | 4: 1.8 | 0.5 | - | draft | 5: 1 | 60 % | 3: 1.5 |"
     assert told in chapter.told[-1], "the fastest, and the nearest"
 
 

@@ -1,32 +1,28 @@
-"""Promises that errors of single steps are held to: the estimate, the presets' order, preset `reference`, fronts."""
+"""Promises that errors of single steps are held to: the estimate, the presets' order, preset `reference`; of others'
+fronts accuracy_fronts.py tells."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from itertools import chain, pairwise
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from accuracy_data import BOUGHT, Found, Measured, Row, digits, table
 from accuracy_estimate import BEGUN_WITH, asked_steps, bought_steps, too_low
+from accuracy_fronts import fronts_chapter
 from accuracy_limits import (
     AGREEMENT,
-    IN_NUMPY,
-    JUDGED,
     NEGLIGIBLE,
-    OTHERS,
     REFERENCE,
     ROUNDING,
     WITHIN,
-    beyond_ours,
     preset_rows,
     within,
 )
 from accuracy_plots import scale_ms
 from accuracy_promises import Chapter, Verdict
 from accuracy_tables import presets_at_scale, spent
-from methods import TITLES
 
-Lost = tuple[Measured, str, float, float, float | None]  # a case, and of it what `beyond_ours` says of a method
 Far = tuple[Measured, list[Row], float]  # a case, its steps at the preset, and their error [mm], RMS over all
 
 
@@ -223,112 +219,3 @@ def reference_told(far: Sequence[Far]) -> list[str]:
     ]
     head = ("scene", "RMS [mm]", f"steps over {AGREEMENT:g} mm", "of these in a balance of their own")
     return [*said, "", *table((*head, "of these with less energy than Newton's"), rows)]
-
-
-def fronts_chapter(found: Found) -> Chapter:
-    """No other solver's step is nearer than each of ours that takes no longer, its error being under JUDGED."""
-    lost = [(measured, *beyond) for measured in found.errors for beyond in beyond_ours(measured)]
-    beaten = {(m.name, m.about[name]["solver"]) for m, name, *_ in lost}
-    fronts: dict[bool, dict[str, list[bool]]] = {False: {}, True: {}}
-    compared = []
-    for solver in OTHERS:
-        for measured in found.errors:
-            if measured.of_solver(solver) and measured.of_solver("ours"):
-                name = TITLES[solver] + " (as a numpy program)" * (solver in IN_NUMPY)
-                fronts[measured.on_gpu].setdefault(name, []).append((measured.name, solver) not in beaten)
-                compared.append(measured)
-    promised = f"ours is on or below every other solver's Pareto front for errors of a step under {JUDGED:g} mm"
-    verdicts = [
-        Verdict(f"{promised}, on {where}", held_of(fronts[on_gpu]), list(chain(*fronts[on_gpu].values())))
-        for on_gpu, where in ((False, "the CPU"), (True, "a GPU"))
-        if fronts[on_gpu] or not on_gpu
-    ]
-    return Chapter("Fronts", verdicts, [*(fronts_told(lost) if lost else []), *timed_apart(compared)])
-
-
-def held_of(fronts: Mapping[str, Sequence[bool]]) -> str:
-    """By solver, in how many scenes ours is."""
-    return "; ".join(f"{title} in {sum(held)} of {len(held)} scenes" for title, held in fronts.items())
-
-
-def fronts_told(lost: Sequence[Lost]) -> list[str]:
-    """Of each scene and solver the fastest and the nearest that are beyond ours, beside ours at its fastest and
-    projective dynamics without a correction."""
-    by_solver: dict[tuple[str, str], list[Lost]] = {}
-    for of in lost:
-        by_solver.setdefault((of[0].name, of[0].about[of[1]]["solver"]), []).append(of)
-    rows = []
-    for (scene, solver), beyond in by_solver.items():
-        fastest, nearest = min(beyond, key=lambda of: of[2]), min(beyond, key=lambda of: of[3])
-        ends = sum(len(measured.rows[name]) for measured, name, *_ in beyond)
-        crossing = sum(crossed(measured, name) for measured, name, *_ in beyond)
-        theirs = [f"{digits(ms)}: {digits(error)}" for _, _, ms, error, _ in (fastest, nearest)]
-        rows.append((scene, TITLES[solver], len(beyond), f"{crossing} of {ends}", *theirs, *ours_beside(nearest)))
-    head = ("scene", "theirs", "settings beyond ours", "ends that cross", "their fastest [ms: mm]")
-    head = (*head, "their nearest [ms: mm]", "ours in no more time than that [mm]", "ours at its fastest", "[ms: mm]")
-    head = (*head, "of it correction and check", "PD alone at its fastest [ms: mm]")
-    return [*lost_said(lost), "", *table(head, rows)]
-
-
-def ours_beside(lost: Lost) -> tuple[str, ...]:
-    """Cells of what ours and PD alone are over the same states."""
-    measured, name, _, _, best = lost
-    states = measured.shared & measured.states(name)
-    ours = {own: measured.point(own, states) for own in measured.ours_over(states)}
-    fastest = min(ours, key=lambda own: ours[own])
-    share = f"{100 * corrected(measured, fastest):.0f} %"
-    alone = trials(measured, name)
-    pd = ": ".join(map(digits, alone[0])) if alone else digits(None)
-    return digits(best), fastest, ": ".join(map(digits, ours[fastest])), share, pd
-
-
-def timed_apart(compared: Sequence[Measured]) -> list[str]:
-    """Scenes in which theirs and ours are of different runs, so that times need not compare."""
-    apart = [
-        m.name
-        for m in compared
-        if any(m.run[own] != m.run[name] for own in m.of_solver("ours") for name in m.of_solver("vbd", "style3d"))
-    ]
-    scenes = "; ".join(dict.fromkeys(apart))
-    return ["", f"Theirs and ours were timed in different runs, which may not compare, in: {scenes}."] * bool(apart)
-
-
-def trials(measured: Measured, name: str) -> list[tuple[float, float]]:
-    """ms and error [mm] of projective dynamics alone from the states that a method has, the fastest first."""
-    states = measured.shared & measured.states(name)
-    return sorted(measured.point(trial, states) for trial in measured.of_solver("trial"))
-
-
-def crossed(measured: Measured, name: str) -> int:
-    """How many ends cross."""
-    return sum(row["crossed"] > 0 for row in measured.rows[name])
-
-
-def corrected(measured: Measured, name: str) -> float:
-    """Share of the time that correction and check take."""
-    rows = measured.rows[name]
-    return sum(row["ms_correction"] + row["ms_check"] for row in rows) / sum(row["ms"] for row in rows)
-
-
-def lost_said(lost: Sequence[Lost]) -> list[str]:
-    """What those are that are beyond ours, why, and what was tried."""
-    ats = [measured.about[name]["at"] for measured, name, *_ in lost]
-    counts = sorted({int(at["iterations"]) for at in ats if "iterations" in at})
-    solvers = dict.fromkeys(TITLES[measured.about[name]["solver"]] for measured, name, *_ in lost)
-    did = f", with {' or '.join(map(str, counts))} iterations" * bool(counts)
-    ends = sum(len(measured.rows[name]) for measured, name, *_ in lost)
-    crossing = sum(crossed(measured, name) for measured, name, *_ in lost)
-    alone = [(of[0][0], ms) for measured, name, ms, *_ in lost if (of := trials(measured, name))]
-    as_long = f" That takes no less than theirs in {sum(m >= ms for m, ms in alone)} of {len(alone)}." * bool(alone)
-    return [
-        f"Beyond ours: {' and '.join(solvers)}{did}, {len(lost)} in all. They guarantee nothing: {crossing} of their "
-        f"{ends} ends cross.",
-        "",
-        "Ours ends a step only by moves that collision detection has bounded. Before these come a search for pairs and",
-        f"a cycle of the proxy at least, which is PD alone at its fastest.{as_long}",
-        "",
-        "Tried were the least of what the sweep varies: one cycle, one Newton iteration of ten conjugate gradients,",
-        "the dial at 5 mm from `draft`; the table has the fastest of all. In motion, ending at half of `draft`'s",
-        "iterations, or coarser than an estimated 0.1 m/s times the step, was tried, too: it saves little: crumpled",
-        "cloth makes the steps that follow dearer (METHOD.md, section 14).",
-    ]
