@@ -65,6 +65,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--rates", nargs="+", type=int, default=list(STEPS), metavar="R", help="steps a second (30 60)")
     add("--states", type=int, default=50, metavar="N", help="of the reference in a case (50), or timed steps")
     add("--every", type=int, default=5, metavar="N", help="families but the presets take each N-th state (5)")
+    add("--until", type=int, metavar="N", help="leave states after the N-th to another run: the reference takes long")
     add("--vertices", type=int, default=600, metavar="N", help="of the garment's mesh, about (600)")
     add("--device", default="cpu", help="of our solver's steps; the reference is on the CPU (cpu)")
     add("--sweep", action="store_true", help="`live` with one thing changed at a time, too")
@@ -117,6 +118,7 @@ def chosen_families(options: argparse.Namespace) -> list[str]:
 def command(options: argparse.Namespace, what: dict[str, Any]) -> list[str]:
     """To measure one thing in a process of its own."""
     same = ["--out", str(options.out), "--device", options.device, "--every", str(options.every)]
+    same += [] if options.until is None else ["--until", str(options.until)]
     return [sys.executable, str(HERE), *same, "--one", json.dumps(what)]
 
 
@@ -163,7 +165,7 @@ def one(options: argparse.Namespace) -> int:
         measure_trajectories(case, methods, device, writer, tell)
     else:
         first = family == FIRST_OF_ALL
-        measure_errors(case, methods, device, writer, tell, 1 if first else options.every, explain=first)
+        measure_errors(case, methods, device, writer, tell, 1 if first else options.every, first, options.until)
     return done(options, f"{case.name}-{family}")
 
 

@@ -50,6 +50,8 @@ def test_a_converged_step_ends_where_the_reference_does_and_a_short_one_does_not
     case = AccuracyCase("tshirt", "walk", 1 / 60, vertices=150, states=2)
     methods = {"draft": ours(PRESETS["draft"]), "passes 20": FAMILIES["others"](case)["passes 20"]}
     path, told = tmp_path / "rows.jsonl", []
+    measure_errors(case, methods, "cpu", Writer(tmp_path / "first.jsonl", HEAD), lambda _: None, until=1)
+    assert {row["state"] for row in read(tmp_path / "first.jsonl").rows} == {1}, "the second is left to another run"
     measure_errors(case, methods, "cpu", Writer(path, HEAD), told.append)
     rows = read(path).rows
     assert [(row["state"], row["method"]) for row in rows] == [(k, name) for k in (1, 2) for name in methods]

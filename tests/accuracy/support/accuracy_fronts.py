@@ -165,9 +165,11 @@ def inertia_said(lost: Sequence[Lost], found: Found) -> list[str]:
     asked = 0
     for name, measured in cases.items():
         off = without_solver(found, measured, measured.shared)
-        for own in measured.ours_over(measured.shared) if off is not None else []:
+        if off is None:
+            continue
+        for own in measured.ours_over(measured.shared):
             asked += 1
-            if measured.point(own, measured.shared)[1] > max(off or 0.0, AGREEMENT):
+            if measured.point(own, measured.shared)[1] > max(off, AGREEMENT):
                 farther.setdefault(name, []).append(own)
     count = sum(map(len, farther.values()))
     ours = "; ".join(f"{name}: {', '.join(owns)}" for name, owns in farther.items())

@@ -24,12 +24,13 @@ EXPLAINED = 4.0
 TRAJECTORY = 0.5  # s: cloth buckles, and after a while two ways that began alike have no more in common
 
 
-def reference_steps(worn: Worn, case: AccuracyCase) -> Iterator[ReferenceStep]:
-    """The reference's steps that count, numbered from FIRST + 1 on; kept on disk. One that finds no balance counts as
-    none: the ones after it begin where that has come to."""
+def reference_steps(worn: Worn, case: AccuracyCase, until: int | None = None) -> Iterator[ReferenceStep]:
+    """The reference's steps that count, numbered from FIRST + 1 on, to the `until`-th that does or all of the case's;
+    kept on disk. One that finds no balance counts as none: the ones after it begin where that has come to."""
     ref, pose_at = Reference(worn.scene.scene, kept_in=KEPT_IN), worn.scene.pose_at
     motion = Motion(worn.x, worn.v, pose_at(0))
-    for number in range(1, FIRST + case.states + 1):
+    last = case.states if until is None else min(until, case.states)
+    for number in range(1, FIRST + last + 1):
         pose = pose_at(number)
         try:
             after = ref.step(motion, pose, case.dt)
@@ -50,9 +51,11 @@ def measure_errors(
     tell: Callable[[str], None],
     every: int = 1,
     explain: bool = False,
+    until: int | None = None,
 ) -> None:
     """A row of each method for each `every`-th state: `state`, `method`, what `Measures` says of the end, the `ms`
-    under way and what the solver told. What is in the writer's file is not measured again.
+    under way and what the solver told. What is in the writer's file is not measured again; states after the `until`-th
+    are left to another run.
 
     To `explain` is to tell, where the estimate is not within EXPLAINED times the error, `own_balance` as well.
     """
@@ -60,7 +63,7 @@ def measure_errors(
     measures = Measures(worn.scene, worn.x, case.dt)
     finder: Simulation = build(worn.scene.scene, PRESETS["live"], "cpu", worn.scene.pose_at(0), tangled=True)
     steppers: dict[str, Stepper] = {}
-    for step in reference_steps(worn, case):
+    for step in reference_steps(worn, case, until):
         state = step.number - FIRST
         if (state - 1) % every or is_whole(writer, state, methods):
             continue

@@ -251,40 +251,37 @@ def test_distance_stored_with_a_candidate_is_its_own(tangle, rng):
     np.testing.assert_allclose(c.distance.numpy()[: c.size], expected, rtol=0, atol=1e-7)
 
 
+def listed(tangle, x):
+    """Stencils that a search finds of the cloth at x."""
+    tangle.set_motion(x, np.zeros_like(x))
+    search.search_around(tangle.sim, tangle.sim.state.x, tangle.sim.work.direction)
+    return tangle.candidate_keys()
+
+
 def test_overflow_grows_the_list_and_drops_nothing(tangle, rng):
     """With room for sixteen stencils the search finds as many as with room for all."""
     sim = tangle.sim
     x = crumple(tangle, rng)
-    tangle.set_motion(x, np.zeros_like(x))
-    search.search_around(sim, sim.state.x, sim.work.direction)
-    everything = tangle.candidate_keys()
+    everything = listed(tangle, x)
     assert len(everything) > 16
     sim.candidates.__dict__.update(candidates.Candidates.allocate(16, "cpu").__dict__)
-    tangle.set_motion(x, np.zeros_like(x))
-    search.search_around(sim, sim.state.x, sim.work.direction)
-    assert tangle.candidate_keys() == everything
+    assert listed(tangle, x) == everything
 
 
 def test_room_that_many_lists_did_not_need_is_given_back_and_found_again(tangle, rng, monkeypatch):
     monkeypatch.setattr(candidates, "FILLINGS", 3)
     monkeypatch.setattr(found, "LEAST", 16)
     sim = tangle.sim
-
-    def listed(x):
-        tangle.set_motion(x, np.zeros_like(x))
-        search.search_around(sim, sim.state.x, sim.work.direction)
-        return tangle.candidate_keys()
-
     crumpled = crumple(tangle, rng)
     apart = tangle.x + 1.0 * np.arange(len(tangle.x))[:, None]  # nothing is near anything
-    everything = listed(crumpled)
+    everything = listed(tangle, crumpled)
     room = sim.candidates.capacity
     assert len(everything) > 16
     for _ in range(8):
-        assert listed(apart) == set()
+        assert listed(tangle, apart) == set()
     assert sim.candidates.capacity == 16 < room
     assert max(len(one.ids) for one in sim.candidates.found) == 16
-    assert listed(crumpled) == everything
+    assert listed(tangle, crumpled) == everything
     assert sim.candidates.capacity > 16
 
 
@@ -292,20 +289,14 @@ def test_room_that_is_not_needed_any_more_is_given_back_soon_where_that_is_known
     monkeypatch.setattr(candidates, "SOON", 3)
     monkeypatch.setattr(found, "LEAST", 16)
     sim = tangle.sim
-
-    def listed(x):
-        tangle.set_motion(x, np.zeros_like(x))
-        search.search_around(sim, sim.state.x, sim.work.direction)
-        return tangle.candidate_keys()
-
     apart = tangle.x + 1.0 * np.arange(len(tangle.x))[:, None]  # nothing is near anything
-    assert len(listed(crumple(tangle, rng))) > 16
+    assert len(listed(tangle, crumple(tangle, rng))) > 16
     for _ in range(8):
-        listed(apart)
+        listed(tangle, apart)
     assert sim.candidates.capacity > 16, "it may be needed again"
     sim.candidates.begin_anew()
     for _ in range(4):
-        listed(apart)
+        listed(tangle, apart)
     assert sim.candidates.capacity == max(len(one.ids) for one in sim.candidates.found) == 16
 
 
