@@ -19,8 +19,9 @@ WARPS_OWN = 256  # threads a block; told, since untold it is what a module was c
 IN_BLOCKS = (
     (BLOCK, (as_one, pcg_together, turning, vectors, gradient)),
     (one_block.ONE_BLOCK, (one_block,)),
-    (gauss_jordan.PIVOT * gauss_jordan.PIVOT, (gauss_jordan,)),
+    (gauss_jordan.THREADS, (gauss_jordan,)),
     (search.BLOCK, (search,)),
+    (search.ALONE, (search,)),
     (ell.WIDE_BLOCK, (ell,)),
 )
 """Threads a block where they are not Warp's own number, each of which is compiled for itself, and who launches so."""

@@ -63,7 +63,8 @@ class Contribution:
     m^2 around each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device
     once a step, after `start_step`, (N,) float32 N/m. `dyad` is what of the Hessian is dense, c w w^T, for the
     correction alone. `led` (K,) are vertices that the body leads, whatever is near. `touches` names the surfaces the
-    cloth may touch: "cloth", "body"; `sleep` passes over intervals of time in which nothing is to be done. `reshape`
+    cloth may touch: "cloth", "body"; `sleep` passes over intervals of time in which nothing is to be done; `measure`
+    puts what it has to know for that of a step that has ended into the simulation's `went`. `reshape`
     makes anew, in place, what was made of the rest shape, once that has changed (reshape.py): what works with it need
     not know.
     """
@@ -89,6 +90,7 @@ class Contribution:
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
     sleep: Callable[[Simulation, Iterator[PoseInterval]], Iterator[PoseInterval]] | None = None  # those to simulate
+    measure: Callable[[Simulation], None] | None = None
     energy: Callable[[wp.array], float] | None = None  # x -> J, for tests and reports
     reshape: Callable[[], None] | None = None
     values: Mapping[str, wp.array] = field(default_factory=dict)  # device arrays that may be written between frames
@@ -140,6 +142,7 @@ class StepPlan:
             "touches",
             "contact",
             "sleep",
+            "measure",
         )
         lines = []
         for stage in stages:
@@ -180,6 +183,7 @@ class Stages:
     dyads: tuple[Dyad, ...]
     contact: tuple[ContactTerm, ...]
     sleep: tuple[Callable[..., Iterator[PoseInterval]], ...]
+    measure: tuple[Callable[..., object], ...]
 
     @staticmethod
     def of(plan: StepPlan) -> Stages:
@@ -197,5 +201,6 @@ class Stages:
             add_diagonal=plan.stage("add_diagonal"),
             dyads=tuple(c.dyad for c in plan.contributions if c.dyad is not None),
             sleep=tuple(c.sleep for c in plan.contributions if c.sleep is not None),
+            measure=plan.stage("measure"),
             contact=tuple(c.contact for c in plan.contributions if c.contact is not None and plan.touches),
         )

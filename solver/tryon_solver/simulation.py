@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -182,6 +182,7 @@ class Simulation:
         self.substeps = 1  # of the body in the last step
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.lag = wp.zeros(1, dtype=wp.float32, device=device)  # m, of the surface behind its skin
+        self.went = wp.zeros(2, dtype=wp.float32, device=device)  # by the last step, as in effects/sleep.py
         self.cycles = wp.zeros(3, dtype=wp.int32, device=device)  # as in stepping/repeat.py
         self.most_cycles = wp.zeros(1, dtype=wp.int32, device=device)
         self.cycles_told = 0  # of these, as the device knows
@@ -204,6 +205,7 @@ class Simulation:
         self.hurried: Hurried | None = None  # the pace under a deadline, once there was one
         self.buy(settings.accuracy, settings.deadline)
         self.concluded = False  # has the device ended the step by itself (stepping/ending.py)?
+        self.figures: Mapping[str, np.ndarray] | None = None  # of that, as in stepping/report.py, if it has
         self.went_back = False  # did the last correction end where it had been nearest to balance?
         self.stood = False  # was the last step void, of those in which nothing led well?
 

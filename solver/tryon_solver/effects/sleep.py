@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import dot, find_largest, subtract
@@ -22,7 +24,15 @@ if TYPE_CHECKING:
 
 def bind(spec: Sleep, context: BuildContext) -> Contribution | None:
     """Always something to do: a spec of no speed that is low enough is idle."""
-    return Contribution("sleep", sleep=partial(awake, spec))
+    return Contribution("sleep", sleep=partial(awake, spec), measure=measure_way)
+
+
+def measure_way(sim: Simulation) -> None:
+    """For the device: how far the step moved a vertex at most [m], and the sum of all ways' squares [m^2]."""
+    way = sim.work.total
+    subtract(sim.state.x, sim.state.x_start, way)
+    find_largest(way, sim.went[:1])
+    dot(way, way, sim.went[1:], sim.work.parts)
 
 
 def awake(spec: Sleep, sim: Simulation, intervals: Iterable[PoseInterval]) -> Iterator[PoseInterval]:
@@ -40,11 +50,8 @@ def awake(spec: Sleep, sim: Simulation, intervals: Iterable[PoseInterval]) -> It
 def watch(spec: Sleep, sim: Simulation, dt: float) -> None:
     """Count how long nothing has been faster than it may be; fall asleep when that is long enough, at velocity zero.
     Not while it becomes faster all the time, as what begins to fall does."""
-    state, work = sim.state, sim.work
-    subtract(state.x, state.x_start, work.total)
-    find_largest(work.total, sim.largest_out)
-    dot(work.total, work.total, work.scalars[0], work.parts)
-    largest, together = (float(found[0]) for found in read(sim.largest_out, work.scalars[0]))
+    state = sim.state
+    largest, together = map(float, way_of_step(sim))
     still = largest <= spec.fastest * dt and together <= sim.cloth_count * (spec.speed * dt) ** 2
     speed_sq = together / dt**2
     if state.still <= 0.5 * spec.time:
@@ -53,6 +60,14 @@ def watch(spec: Sleep, sim: Simulation, dt: float) -> None:
     if still and state.still >= spec.time and speed_sq <= state.liveliest:
         state.asleep = True
         state.v.zero_()
+
+
+def way_of_step(sim: Simulation) -> np.ndarray:
+    """(2,) as `measure_way` has it, of the step that has ended: a device that ended it by itself has told it."""
+    if sim.figures is not None:
+        return sim.figures["went"]
+    measure_way(sim)
+    return read(sim.went)[0]
 
 
 def skin_shift(sim: Simulation, stance: Any) -> float:

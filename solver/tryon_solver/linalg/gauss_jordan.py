@@ -21,8 +21,9 @@ from tryon_solver.linalg.order_free import STIFF_QUANTA
 
 wp.set_module_options({"enable_backward": False})
 
-PIVOT = 32  # rows at a time, and of a tile: a block of threads for each number of it
-TILE = wp.constant(PIVOT * PIVOT)
+PIVOT = 32  # rows at a time, and of a tile
+THREADS = 256  # of a tile's block: more of them would wait longer for each other, in every one of the pivot's rows
+TILE = wp.constant(THREADS)
 
 
 @wp.func
@@ -47,47 +48,69 @@ def scale_kernel(sums: wp.array2d(dtype=wp.int64), count: int, a_out: wp.array2d
 
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
-    __shared__ double d[32][33], rows[32][33], columns[32][33];
-    const int r = threadIdx.x / 32;
+    __shared__ double d[32][33], rows[32][33], columns[32][33], pivot_row[2][32], pivot_column[2][32];
+    const int warp = threadIdx.x / 32;
     const int c = threadIdx.x % 32;
-    const int i = 32 * tile_row + r;
-    const int j = 32 * tile_column + c;
-    d[r][c] = wp::index(a, first + r, first + c);
-    rows[r][c] = wp::index(a, first + r, j);
-    columns[r][c] = wp::index(a, i, first + c);
-    double now = wp::index(a, i, j);
+    double own[4], now[4], turned[4];
+    for (int k = 0; k < 4; ++k) {
+        const int r = warp + 8 * k;
+        own[k] = wp::index(a, first + r, first + c);
+        now[k] = wp::index(a, 32 * tile_row + r, 32 * tile_column + c);
+        rows[r][c] = wp::index(a, first + r, 32 * tile_column + c);
+        columns[r][c] = wp::index(a, 32 * tile_row + r, first + c);
+        if (c == 0)
+            pivot_column[0][r] = own[k];
+    }
+    if (warp == 0)
+        pivot_row[0][c] = own[0];
     __syncthreads();
     for (int p = 0; p < 32; ++p) {
-        const double inverse = d[p][p] > 0.0 ? 1.0 / d[p][p] : 0.0;
-        const double row = d[p][c];
-        const double column = d[r][p];
-        const double own = d[r][c];
-        __syncthreads();
-        if (r == p)
-            d[r][c] = c == p ? inverse : row * inverse;
-        else
-            d[r][c] = c == p ? -column * inverse : own - column * inverse * row;
+        const double pivot = pivot_row[p & 1][p];
+        const double inverse = pivot > 0.0 ? __drcp_rn(pivot) : 0.0;
+        const double row = pivot_row[p & 1][c] * inverse;
+        for (int k = 0; k < 4; ++k) {
+            const int r = warp + 8 * k;
+            const double column = pivot_column[p & 1][r];
+            if (r == p)
+                own[k] = c == p ? inverse : row;
+            else
+                own[k] = c == p ? -column * inverse : own[k] - column * row;
+            if (c == p + 1)
+                pivot_column[(p + 1) & 1][r] = own[k];
+            if (r == p + 1)
+                pivot_row[(p + 1) & 1][c] = own[k];
+        }
         __syncthreads();
     }
+    for (int k = 0; k < 4; ++k) {
+        d[warp + 8 * k][c] = own[k];
+        turned[k] = 0.0;
+    }
+    __syncthreads();
+    for (int q = 0; q < 32; ++q) {
+        const double below = rows[q][c];
+        for (int k = 0; k < 4; ++k)
+            turned[k] += d[warp + 8 * k][q] * below;
+    }
+    __syncthreads();
     const bool in_rows = 32 * tile_row == first;
     const bool in_columns = 32 * tile_column == first;
-    double turned = 0.0;
-    for (int q = 0; q < 32; ++q)
-        turned += d[r][q] * rows[q][c];
-    __syncthreads();
-    rows[r][c] = turned;
-    __syncthreads();
-    if (in_rows)
-        now = in_columns ? d[r][c] : turned;
-    else if (in_columns) {
-        now = 0.0;
-        for (int q = 0; q < 32; ++q)
-            now -= columns[r][q] * d[q][c];
-    } else {
-        for (int q = 0; q < 32; ++q)
-            now -= columns[r][q] * rows[q][c];
+    for (int k = 0; k < 4; ++k) {
+        rows[warp + 8 * k][c] = in_columns ? own[k] : turned[k];
+        if (in_rows)
+            now[k] = in_columns ? own[k] : turned[k];
+        else if (in_columns)
+            now[k] = 0.0;
     }
-    wp::index(out, i, j) = now;
+    __syncthreads();
+    if (!in_rows)
+        for (int q = 0; q < 32; ++q) {
+            const double below = rows[q][c];
+            for (int k = 0; k < 4; ++k)
+                now[k] -= columns[warp + 8 * k][q] * below;
+        }
+    for (int k = 0; k < 4; ++k)
+        wp::index(out, 32 * tile_row + warp + 8 * k, 32 * tile_column + c) = now[k];
 #endif
 """)
 def eliminate_tile(
@@ -97,8 +120,8 @@ def eliminate_tile(
     tile_column: int,
     out: wp.array2d(dtype=wp.float64),
 ) -> None:
-    """A tile of what a becomes with the rows and columns from `first` on, by a block of 1,024 threads of a GPU. A pivot
-    that rounding left not positive is of an unknown that nothing answers."""
+    """A tile of what a becomes with the rows and columns from `first` on, by a block of THREADS of a GPU, each of which
+    has four numbers of a column. A pivot that rounding left not positive is of an unknown that nothing answers."""
 
 
 @wp.kernel
@@ -146,6 +169,6 @@ class GaussJordan:
         launch(scale_kernel, (size, size), [sums, count], [now], device=device)
         for first in range(0, size, PIVOT):
             arguments = [now, first, tiles]
-            launch(eliminate_kernel, size * size, arguments, [then], device=device, block_dim=PIVOT * PIVOT)
+            launch(eliminate_kernel, tiles * tiles * THREADS, arguments, [then], device=device, block_dim=THREADS)
             now, then = then, now
         launch(unscale_kernel, (size, size), [now, sums, count], [self.inverse], device=device)

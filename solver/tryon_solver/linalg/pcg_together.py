@@ -38,7 +38,7 @@ from tryon_solver.linalg.paired_matrix import PairedMatrix, held_product, pair_c
 
 wp.set_module_options({"enable_backward": False})
 
-TURNS = 10  # iterations between two looks at whether there is more to do
+TURNS = 5  # iterations between two looks at whether there is more to do
 
 RING = wp.constant(4)
 PLACES = wp.constant(8)  # of a sum in a ring
@@ -350,7 +350,7 @@ def multiply_kernel(
     going_on = number < at_most and squared > tolerance * tolerance * first[0]
     if thread == 0:
         state[NOW] = wp.where(going_on, number, -1)
-        state[MORE] = wp.where(going_on, 1, 0)
+        state[MORE] = wp.where(going_on and number + 1 < at_most, 1, 0)  # this one goes on to its end
         squares[slot] = squared
     if thread < PLACES:
         sums[(SQUARED + (slot + 2) % RING) * PLACES + thread] = wp.int64(0)
@@ -553,8 +553,8 @@ def solve(
         made = [both, sums, first, squares, state]
         wp.launch(move_as_one_kernel, aggregates.count * block, inputs, made, block_dim=BLOCK, device=device)
 
-    def turn() -> None:
-        for _ in range(TURNS):
+    def turns(count: int) -> None:
+        for _ in range(count):
             take_along()
             given = [matrix, lanes, shares, at_most, tolerance, spread, both]
             made = [direction, product, pulled, pulled_whole, sums, first, squares, state]
@@ -569,4 +569,7 @@ def solve(
     made = [solution_out, residual, both, pulled, pulled_whole, aggregates.pooled, sums, parts, state]
     launch(start_kernel, threads, [matrix, inverse, gradient, coupled, seats], made)
     launch(open_kernel, block, [parts, threads // block], [first, sums])
-    wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)
+    if at_most <= 2 * TURNS:  # of which a look would save less than it takes
+        turns(at_most)
+    else:
+        wp.capture_while(state[int(MORE) : int(MORE) + 1], lambda: turns(TURNS))

@@ -7,6 +7,7 @@ kernels take.
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 
 import numpy as np
 import warp as wp
@@ -45,6 +46,11 @@ def read(*arrays: wp.array) -> list[np.ndarray]:
     nothing has happened there that could be waited for.
     """
     return Reading(*arrays).end()
+
+
+def read_by_name(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
+    """The same of arrays that have names."""
+    return dict(zip(arrays, read(*arrays.values()), strict=True))
 
 
 class Reading:

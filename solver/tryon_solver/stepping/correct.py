@@ -28,7 +28,7 @@ from tryon_solver.linalg.one_block import sum_up
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import dot, find_largest, subtract
 from tryon_solver.stepping.coast import keep_momentum
-from tryon_solver.stepping.ending import end_if_well, ends_by_itself
+from tryon_solver.stepping.ending import end_if_well, ends_by_itself, told_at_end
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
@@ -196,7 +196,7 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     allowed = sim.pace.iterations(sim.budget.iterations)
     budget = sim.budget if sim.pace.thorough else sim.brief_budget
     outcome = iterate_newton(sim, budget, allowed, once, conclude if ends_by_itself(sim) else None, starting=True)
-    sim.concluded = outcome.concluded
+    sim.concluded, sim.figures = outcome.concluded, outcome.figures if outcome.concluded else None
     if sim.halving is not None:
         sim.halving.grown = outcome.carried
     if once and not sim.concluded:
@@ -366,7 +366,7 @@ def iterate_newton(
 
     while True:
         budget.graph.run(run, (conclude is None, *baked(sim)), sim.device)
-        outcome = progress.read(sim.pairs)
+        outcome = progress.read(sim.pairs, {} if conclude is None else told_at_end(sim))
         if outcome.wants_search and outcome.starting and not judged and trial_is_in_vain(sim):
             linearise_at(sim)
             progress.start_here()

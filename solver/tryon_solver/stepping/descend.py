@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tryon_solver.linalg.ell import multiply
-from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.vectors import add_scaled, descent_length_kernel, dot
+from tryon_solver.linalg.vectors import descend
 from tryon_solver.stepping.gradient import system_product
 from tryon_solver.subspace.search import forget, remember, search_direction
 
@@ -22,16 +21,12 @@ def forget_search_history(sim: Simulation) -> None:
 def descend_in_subspace(sim: Simulation) -> None:
     """`reduced_iterations` L-BFGS iterations; x and the model's gradient follow each."""
     work, n = sim.work, sim.cloth_count
-    slope, curvature, length = work.scalars[:3]
+    length = work.scalars[0]
     gradient = work.gradient[:n]
     direction, product = work.direction[:n], work.product[:n]
     for _ in range(sim.settings.reduced_iterations):
         reduced = search_direction(sim.search, gradient)
         multiply(sim.search.prolong, reduced, direction)
         system_product(sim, work.direction, product)
-        dot(gradient, direction, slope, work.parts)
-        dot(direction, product, curvature, work.parts)
-        launch(descent_length_kernel, 1, [slope, curvature], [length], device=sim.device)
-        add_scaled(length, direction, sim.state.x)
-        add_scaled(length, product, gradient)
+        descend(direction, product, sim.state.x, gradient, length, work.parts)
         remember(sim.search, length, product)

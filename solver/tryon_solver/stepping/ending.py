@@ -15,9 +15,11 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+import warp as wp
+
 from tryon_solver.linalg.device_loop import keeps_graphs
 from tryon_solver.stepping.coast import touches_itself_alone
-from tryon_solver.stepping.report import measure_for_report
+from tryon_solver.stepping.report import figures, measure_for_report
 from tryon_solver.stepping.verify_commit import look_over
 
 if TYPE_CHECKING:
@@ -27,6 +29,12 @@ if TYPE_CHECKING:
 def ends_by_itself(sim: Simulation) -> bool:
     """May the device conclude a step without being told to?"""
     return keeps_graphs(sim.device) and sim.settings.contact_passes == 1 and not touches_itself_alone(sim)
+
+
+def told_at_end(sim: Simulation) -> dict[str, wp.array]:
+    """Where the device has, by name, what the host has to know of a step that it may have ended by itself: the report's
+    figures, and what effects measure. All that is read together is waited for once."""
+    return {**figures(sim), "went": sim.went}
 
 
 def end_if_well(sim: Simulation, harmless: float, conclude: Callable[[Simulation], None]) -> None:
@@ -41,5 +49,7 @@ def end_if_well(sim: Simulation, harmless: float, conclude: Callable[[Simulation
     def conclude_and_measure() -> None:
         conclude(sim)
         measure_for_report(sim)
+        for measure in sim.stages.measure:
+            measure(sim)
 
     sim.progress.if_ended_well(math.inf if tears is None else tears.beyond, sim.mass_told, harmless, end)

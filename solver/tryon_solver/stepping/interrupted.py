@@ -20,4 +20,4 @@ def take_back(sim: Simulation) -> None:
     if sim.body is not None:
         sim.body.stand(sim.body.pose)
     distrust_list(sim)
-    sim.under_way = sim.concluded = False
+    sim.under_way, sim.concluded, sim.figures = False, False, None

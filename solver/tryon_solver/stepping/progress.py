@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.device_loop import KeptGraph
@@ -24,6 +26,8 @@ TRUSTED = 5.0  # m/s: what a direction may be longer than twice the way to the t
 TRUSTED_AGAIN = 1.0  # m/s, of a correction that is done again
 ADRIFT = wp.constant(0.01)  # m/s: what the cloth as one still has to gain or to lose
 HARDLY_NEARER = wp.constant(0.1)  # more than this share as far from balance as at first
+
+NO_FIGURES: Mapping[str, wp.array] = MappingProxyType({})
 
 # Places in `state`. Each of the first four is a condition, 0 or 1.
 GOING_ON = wp.constant(0)  # another iteration
@@ -254,8 +258,9 @@ class Outcome:
     the budget was spent in the middle of something: its last iteration began ASTRAY times as far from balance as
     another, or HARDLY_NEARER to it than the first ones and with long moves to come; how far from balance [J] the
     nearest began, the first, and the last; the largest stretch, where it is measured; and whether the last
-    direction was near enough, where that is asked; whether the device has ended the step by itself (ending.py); and
-    what carrying stretched a triangle by, at most, before the step was solved.
+    direction was near enough, where that is asked; whether the device has ended the step by itself (ending.py);
+    what carrying stretched a triangle by, at most, before the step was solved; and the figures that were read with it,
+    which are the report's (report.py) if the device has.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -276,6 +281,7 @@ class Outcome:
     near: bool
     concluded: bool
     carried: float
+    figures: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -458,21 +464,35 @@ class Progress:
         """So many further directions are to be found before the deadline, and so many at most."""
         self._launch(hurry_kernel, [in_time, at_most], [self.state])
 
-    def read(self, pairs: ContactPairs | None = None) -> Outcome:
-        """Waits for the device. `pairs` know their size then, too."""
-        found = 0
-        if pairs is None:
-            state, lengths = read(self.state, self.lengths)
-        else:
-            state, lengths, counters = read(self.state, self.lengths, pairs.counters)
-            found = pairs.know_size(counters)
+    def read(self, pairs: ContactPairs | None = None, figures: Mapping[str, wp.array] = NO_FIGURES) -> Outcome:
+        """Waits for the device. `pairs` know their size then, too; `figures` are read along."""
+        counted = [] if pairs is None else [pairs.counters]
+        state, lengths, *told = read(self.state, self.lengths, *counted, *figures.values())
+        found = 0 if pairs is None else pairs.know_size(told[0])
+        named = dict(zip(figures, told[len(counted) :], strict=True))
         least, _, began, last = map(float, lengths[3:7])
         wanted, moved, strayed = float(lengths[0]), float(lengths[1]), bool(state[13])
         why = bool(state[14]), bool(state[8]), bool(state[9])
-        stretch, near = float(lengths[12]), int(state[18]) == int(WITHIN)
         leaving, iterations = int(state[21] if why[0] else state[6]), int(state[7])
-        ended, carried = (stretch, near, bool(state[23])), float(lengths[17])
-        return Outcome(*why, iterations, leaving, found, moved, wanted, strayed, least, began, last, *ended, carried)
+        stretch, carried = float(lengths[12]), float(lengths[17])
+        near, concluded = int(state[18]) == int(WITHIN), bool(state[23])
+        return Outcome(
+            *why,
+            iterations,
+            leaving,
+            found,
+            moved,
+            wanted,
+            strayed,
+            least,
+            began,
+            last,
+            stretch,
+            near,
+            concluded,
+            carried,
+            named,
+        )
 
     def _launch(self, kernel: wp.Kernel, inputs: Sequence[object], outputs: Sequence[wp.array]) -> None:
         launch(kernel, 1, inputs, outputs, device=self.state.device)

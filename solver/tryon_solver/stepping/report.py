@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import warp as wp
 
 from tryon_solver.advice import advise, heavy, nearest_limit, unmet
 from tryon_solver.contact import pairs
-from tryon_solver.linalg.read_back import read
+from tryon_solver.linalg.read_back import read, read_by_name
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.offsets import largest_offsets, least_offsets
@@ -26,22 +27,20 @@ def make_report(sim: Simulation) -> StepReport:
     if sim.state.asleep and not counters.steps:
         return sim.reported.sleeping(sim.state.time, sim.debt)
     touching = in_contact(sim)
-    if not (counters.steps and sim.concluded):  # else the device has, where the step ended
+    told = sim.figures if counters.steps else None
+    if told is None:
         measure_for_report(sim)
-    weights = [one.values["acceleration"] for one in sim.plan.contributions if one.name == "gravity"]
-    gaps, cycles, lags, stretch, error, *weight = read(
-        sim.pairs.smallest_gap, sim.cycles, sim.lag, sim.stretch.stretch, sim.error, *weights
-    )
-    gap, gap_offset = with_offset(sim, gaps) if touching else no_gap(sim)
-    lag, late = float(lags[0]), sim.pace.end()
+        told = read_by_name(figures(sim))
+    gap, gap_offset = with_offset(sim, told["gaps"]) if touching else no_gap(sim)
+    lag, error, stretch, late = float(told["lag"][0]), float(told["error"][0]), told["stretch"], sim.pace.end()
     return StepReport(
         time=sim.state.time,
         steps=counters.steps,
         substeps=counters.substeps,
-        iterations=int(cycles[TAKEN]),
+        iterations=int(told["cycles"][TAKEN]),
         newton_iterations=counters.newton_iterations,
         residual=counters.residual,
-        error=float(error[0]),
+        error=error,
         min_gap=gap,
         gap_offset=gap_offset,
         max_stretch=float(stretch.max()),
@@ -59,10 +58,22 @@ def make_report(sim: Simulation) -> StepReport:
             sim.debt,
             *strained(sim, stretch),
             lag,
-            unmet(sim.settings, float(error[0]), late, counters.residual),
-            [one.name for one in sim.plan.contributions if one.name != "gravity" or heavy(weight[0])],
+            unmet(sim.settings, error, late, counters.residual),
+            [one.name for one in sim.plan.contributions if one.name != "gravity" or heavy(told["gravity"])],
         ),
     )
+
+
+def figures(sim: Simulation) -> dict[str, wp.array]:
+    """Where the device has what a report is made of, by name."""
+    return {
+        "gaps": sim.pairs.smallest_gap,
+        "cycles": sim.cycles,
+        "lag": sim.lag,
+        "stretch": sim.stretch.stretch,
+        "error": sim.error,
+        **{one.name: one.values["acceleration"] for one in sim.plan.contributions if one.name == "gravity"},
+    }
 
 
 def smallest_gap(sim: Simulation) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.vectors import add_scaled, descent_length_kernel, dot
+from tryon_solver.linalg.vectors import descend
 from tryon_solver.stepping.gradient import system_product
 
 if TYPE_CHECKING:
@@ -99,9 +99,4 @@ def smooth_in_full_space(sim: Simulation) -> None:
         rho = next_rho
     system_product(sim, work.direction, product)
     launch(total_product_kernel, n, [gradient, residual, product], [product], device=sim.device)
-    slope, curvature, length = sim.work.scalars[:3]
-    dot(gradient, total, slope, work.parts)
-    dot(total, product, curvature, work.parts)
-    launch(descent_length_kernel, 1, [slope, curvature], [length], device=sim.device)
-    add_scaled(length, total, sim.state.x)
-    add_scaled(length, product, gradient)
+    descend(total, product, sim.state.x, gradient, work.scalars[0], work.parts)

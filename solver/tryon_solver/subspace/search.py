@@ -18,7 +18,8 @@ from tryon_solver.linalg.launch import launch_blocks
 
 wp.set_module_options({"enable_backward": False})
 
-BLOCK = 128
+BLOCK = 128  # threads to a row of the inverse
+ALONE = 512  # threads of what a single block does
 SMALLEST_CURVATURE = 1.0e-30  # <s, y> [J] below which a pair is rounding, and far below which its inverse overflows
 
 
@@ -205,7 +206,7 @@ def search_direction(search: ReducedSearch, gradient: wp.array) -> wp.array:
         1,
         [search.reduced_gradient, search.steps, search.changes, search.rho, kept, newest],
         [search.scratch, search.half],
-        block_dim=BLOCK,
+        block_dim=ALONE,
         device=device,
     )
     launch_blocks(
@@ -221,7 +222,7 @@ def search_direction(search: ReducedSearch, gradient: wp.array) -> wp.array:
         1,
         [search.steps, search.changes, search.rho, search.scratch, kept, newest],
         [search.direction],
-        block_dim=BLOCK,
+        block_dim=ALONE,
         device=device,
     )
     return search.direction
@@ -236,7 +237,7 @@ def remember(search: ReducedSearch, length: wp.array, product: wp.array) -> None
         1,
         [length, search.direction, search.half, search.stored % search.memory],
         [search.steps, search.changes, search.rho],
-        block_dim=BLOCK,
+        block_dim=ALONE,
         device=device,
     )
     search.stored += 1
