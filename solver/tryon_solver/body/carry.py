@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.lanes import lanes_of, least_of_lanes, shares_of, sum_of_lanes
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.rigid_motion import displaced, mat34
 from tryon_solver.linalg.upload import Upload
@@ -107,10 +108,12 @@ class Carry:
             [self.blends],
             device=x.device,
         )
+        count, lanes = self.places.size - self.surface.size, lanes_of(str(x.device))
+        given = [self.grid.id, self.places, self.surface, self.blends, self.motions, full, none, SHARPNESS, x]
         launch(
             field_kernel,
-            self.places.size - self.surface.size,
-            [self.grid.id, self.places, self.surface, self.blends, self.motions, full, none, SHARPNESS, x],
+            shares_of(count, lanes),
+            [*given, count, lanes],
             [self.near, displacement_out],
             device=x.device,
         )
@@ -153,35 +156,49 @@ def field_kernel(
     none: float,
     sharpness: float,
     x: wp.array(dtype=wp.vec3),
+    count: int,
+    lanes: int,
     near_out: wp.array(dtype=wp.int32),
     displacement_out: wp.array(dtype=wp.vec3),
 ):
-    """u(x) above for the cloth."""
-    i = wp.tid()
-    place = places[i]
-    here = wp.vec4(x[i][0], x[i][1], x[i][2], 1.0)
-    query = wp.hash_grid_query(grid, place, none)
-    b = int(0)
+    """u(x) above for `count` vertices of the cloth, each shared by `lanes` threads (linalg/lanes.py): a vertex has
+    hundreds of skin vertices around it."""
+    i = wp.tid() // lanes
+    lane = wp.tid() % lanes
+    here = wp.vec4()
     total = float(0.0)
     nearest = none
     moved = wp.vec3()
-    while wp.hash_grid_query_next(query, b):
-        d = wp.length(surface[b] - place)
-        if d < none:
-            if near_out[b] == 0:  # most is marked already: reading costs less than writing it again
-                near_out[b] = 1
-            nearest = wp.min(nearest, d)
-            fade = 1.0 - d / none
-            softened = d * d + sharpness * sharpness
-            w = fade * fade / (softened * softened)
-            total += w
-            moved += w * (blends[b] * here)
-    displacement = motions[0] * here
-    if total > 0.0:
-        t = wp.clamp((none - nearest) / (none - full), 0.0, 1.0)
-        share = t * t * (3.0 - 2.0 * t)
-        displacement = (share / total) * moved + (1.0 - share) * displacement
-    displacement_out[i] = displacement
+    if i < count:
+        place = places[i]
+        here = wp.vec4(x[i][0], x[i][1], x[i][2], 1.0)
+        query = wp.hash_grid_query(grid, place, none)
+        b = int(0)
+        found = int(0)
+        while wp.hash_grid_query_next(query, b):
+            found += 1
+            if found % lanes != lane:
+                continue
+            d = wp.length(surface[b] - place)
+            if d < none:
+                if near_out[b] == 0:  # most is marked already: reading costs less than writing it again
+                    near_out[b] = 1
+                nearest = wp.min(nearest, d)
+                fade = 1.0 - d / none
+                softened = d * d + sharpness * sharpness
+                w = fade * fade / (softened * softened)
+                total += w
+                moved += w * (blends[b] * here)
+    nearest = least_of_lanes(nearest)
+    total = sum_of_lanes(total)
+    moved = wp.vec3(sum_of_lanes(moved[0]), sum_of_lanes(moved[1]), sum_of_lanes(moved[2]))
+    if lane == 0 and i < count:
+        displacement = motions[0] * here
+        if total > 0.0:
+            t = wp.clamp((none - nearest) / (none - full), 0.0, 1.0)
+            share = t * t * (3.0 - 2.0 * t)
+            displacement = (share / total) * moved + (1.0 - share) * displacement
+        displacement_out[i] = displacement
 
 
 @wp.kernel
