@@ -104,6 +104,7 @@ def product_together(sim: Simulation) -> Kernel:
     # as an iteration finds it: of number 0, more to do, and what is summed there at first
     both = np.zeros((2 * sim.all_count, 4), np.float32)
     both[::2, :3] = random_vectors(sim.all_count, device).numpy()
+    both[::2, 3] = sim.aggregates.count  # nobody's
     cg.both.assign(both)
     pcg_together.spread_out(matrix, cg.spread)
     cg.state.zero_()
@@ -111,7 +112,7 @@ def product_together(sim: Simulation) -> Kernel:
     cg.sums.fill_(1)
 
     def multiply() -> None:
-        given = [matrix, lanes, shares, ITERATIONS, 0.0, cg.spread, cg.both, threads]
+        given = [matrix, lanes, shares, ITERATIONS, 0.0, cg.spread, cg.both, sim.aggregates.common, threads]
         kept = [cg.direction, cg.product, cg.pulled, cg.pulled_whole, cg.sums, cg.first, cg.squares, cg.state]
         wp.launch(pcg_together.multiply_kernel, threads, given, kept, block_dim=BLOCK, device=device)
 

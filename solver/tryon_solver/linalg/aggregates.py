@@ -112,8 +112,8 @@ class Aggregates:
     block each begins; `sums` (3 M', 3 M') int64, the matrix summed over them in quanta of order_free.py, on and above
     the diagonal's blocks, 3 M' = 3 M on a processor and the next multiple of PIVOT on a GPU. A processor has its
     `factor` (3 M, 3 M) float64 as of cholesky.py, a GPU its `inverse` (3 M', 3 M') float32 m/N and what makes it; both
-    are zero at first, which adds nothing to the preconditioner. `pooled` vec3 N, one a block, and `moves` (3 M,)
-    float64 m are scratch."""
+    are zero at first, which adds nothing to the preconditioner. `pooled` vec3 N, one a block, `common`
+    (M + 1,) vec4 m, on a GPU the moves and a zero for who is of none, and `moves` (3 M,) float64 m are scratch."""
 
     of: wp.array
     seats: wp.array
@@ -122,6 +122,7 @@ class Aggregates:
     factor: wp.array
     inverting: GaussJordan
     pooled: wp.array
+    common: wp.array
     moves: wp.array
 
     @staticmethod
@@ -141,6 +142,7 @@ class Aggregates:
             wp.zeros((own, own), dtype=wp.float64, device=device),
             GaussJordan.allocate(room if on_gpu else 0, device),
             wp.zeros(int(starts[-1]), dtype=wp.vec3, device=device),
+            wp.zeros(size // 3 + 1, dtype=wp.vec4, device=device),
             wp.zeros(size, dtype=wp.float64, device=device),
         )
 

@@ -66,7 +66,11 @@ def scale_kernel(sums: wp.array2d(dtype=wp.int64), count: int, a_out: wp.array2d
     __syncthreads();
     for (int p = 0; p < 32; ++p) {
         const double pivot = pivot_row[p & 1][p];
-        const double inverse = pivot > 0.0 ? __drcp_rn(pivot) : 0.0;
+        double inverse;
+        asm("rcp.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(pivot));
+        inverse = fma(inverse, fma(-pivot, inverse, 1.0), inverse);
+        inverse = fma(inverse, fma(-pivot, inverse, 1.0), inverse);
+        inverse = pivot > 0.0 ? inverse : 0.0;
         const double row = pivot_row[p & 1][c] * inverse;
         for (int k = 0; k < 4; ++k) {
             const int r = warp + 8 * k;
@@ -121,7 +125,8 @@ def eliminate_tile(
     out: wp.array2d(dtype=wp.float64),
 ) -> None:
     """A tile of what a becomes with the rows and columns from `first` on, by a block of THREADS of a GPU, each of which
-    has four numbers of a column. A pivot that rounding left not positive is of an unknown that nothing answers."""
+    has four numbers of a column. A pivot's inverse, which the next one waits for, is an approximation of 20 bits and
+    two of Newton's steps. A pivot that rounding left not positive is of an unknown that nothing answers."""
 
 
 @wp.kernel

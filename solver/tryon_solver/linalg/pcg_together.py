@@ -6,13 +6,15 @@ sum that the next one needs: a dot product is never a launch of its own. What a 
 launches earlier, in a ring of four, and of the iteration's number each kernel has its own copy, written by the other.
 
 Of the coarse level (aggregates.py) a block of threads has vertices of one aggregate alone and leaves their forces'
-sum; in the next launch each aggregate has a block, which multiplies its rows of the inverse with all of these, and
-takes its vertices along. (Added up by threads that meet at an aggregate's place they took three times as long as all
-else of an iteration.)
+sum; in the next launch each aggregate has a block, which multiplies its rows of the inverse with all of these and
+leaves the aggregate's move. Who reads a vertex's z adds it: a block that went through its vertices took as long again
+as the matrix, of 20,000. (Added up by threads that meet at an aggregate's place the sums took three times as long as
+all else of an iteration.)
 
-What a thread reads lies side by side, or beside what its neighbours read at once: z and the direction before of a
-vertex are sixteen bytes each in one sector of 32, and the blocks of a row are spread out number by number, once for all
-iterations. (9 numbers of a block are 36 bytes, and a load of them by 32 threads goes to 36 sectors, nine times.)
+What a thread reads lies side by side, or beside what its neighbours read at once: z, with the aggregate's number, and
+the direction before of a vertex are sixteen bytes each in one sector of 32, and the blocks of a row are spread out
+number by number, once for all iterations. (9 numbers of a block are 36 bytes, and a load of them by 32 threads goes to
+36 sectors, nine times.)
 
 Additions to one place wait for each other, those to a neighbouring one too. So a sum has as many places as it takes for
 blocks of threads to seldom meet; what pairs add goes into `pulled`, a vector at once, of which there are several for
@@ -90,13 +92,32 @@ def three_of(vectors: wp.array(dtype=wp.vec4), i: int) -> wp.vec3:  # type: igno
 
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
-    *reinterpret_cast<float4*>(vectors.data + i) = make_float4(value[0], value[1], value[2], 0.0f);
+    const float4 four = *reinterpret_cast<const float4*>(vectors.data + i);
+    return wp::vec_t<4, float>(four.x, four.y, four.z, four.w);
 #else
-    vectors.data[i] = wp::vec_t<4, float>(value[0], value[1], value[2], 0.0f);
+    return vectors.data[i];
 #endif
 """)
-def put_three(vectors: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
-    """vectors[i] = (value, 0), likewise."""
+def four_of(vectors: wp.array(dtype=wp.vec4), i: int) -> wp.vec4:  # type: ignore[empty-body]
+    """vectors[i], likewise."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    *reinterpret_cast<float4*>(vectors.data + i) = make_float4(value[0], value[1], value[2], number);
+#else
+    vectors.data[i] = wp::vec_t<4, float>(value[0], value[1], value[2], number);
+#endif
+""")
+def put_four(vectors: wp.array(dtype=wp.vec4), i: int, value: wp.vec3, number: float) -> None:
+    """vectors[i] = (value, number), likewise."""
+
+
+@wp.func
+def direction_of(both: wp.array(dtype=wp.vec4), common: wp.array(dtype=wp.vec4), b: float, i: int) -> wp.vec3:
+    """z + b p of vertex i, with its aggregate's move in z."""
+    z = four_of(both, 2 * i)
+    return wp.vec3(z[0], z[1], z[2]) + three_of(common, int(z[3])) + b * three_of(both, 2 * i + 1)
 
 
 @wp.func
@@ -166,6 +187,8 @@ def start_kernel(
     gradient: wp.array(dtype=wp.vec3),
     coupled: wp.array(dtype=wp.int32),
     seats: wp.array(dtype=wp.int32),
+    of: wp.array(dtype=wp.int32),
+    nobody: int,
     threads: int,
     solution_out: wp.array(dtype=wp.vec3),
     residual_out: wp.array(dtype=wp.vec3),
@@ -177,7 +200,8 @@ def start_kernel(
     parts_out: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
 ):
-    """Each block leaves its parts of <g, D^-1 g>, and of the same over what is iterated on, in `parts_out`."""
+    """Each block leaves its parts of <g, D^-1 g>, and of the same over what is iterated on, in `parts_out`. `nobody` is
+    the number of who is of no aggregate."""
     first = float(0.0)
     squared = float(0.0)
     rows = m.columns.shape[0]
@@ -189,18 +213,21 @@ def start_kernel(
             z = inverse[i] * r
             part = wp.dot(r, z)
             first += part
-            put_three(both_out, 2 * i + 1, wp.vec3())
+            number = nobody
+            if i < rows:
+                number = of[i]
+            put_four(both_out, 2 * i + 1, wp.vec3(), 0.0)
             if i < rows or coupled[i] == 1:
                 squared += part
                 solution_out[i] = wp.vec3()
                 residual_out[i] = r
-                put_three(both_out, 2 * i, z)
+                put_four(both_out, 2 * i, z, float(number))
                 if i < rows:
                     force = r
             else:
                 solution_out[i] = z
                 residual_out[i] = wp.vec3()
-                put_three(both_out, 2 * i, wp.vec3())
+                put_four(both_out, 2 * i, wp.vec3(), float(number))
     pool(seats, wp.tid(), force, pooled_out)
     for i in range(wp.tid(), pulled_out.shape[0], threads):
         pulled_out[i] = wp.vec4()
@@ -253,16 +280,16 @@ def pooled_at(pooled: wp.array(dtype=wp.vec3), starts: wp.array(dtype=wp.int32),
 def move_as_one_kernel(
     inverse: wp.array2d(dtype=wp.float32),
     starts: wp.array(dtype=wp.int32),
-    seats: wp.array(dtype=wp.int32),
     pooled: wp.array(dtype=wp.vec3),
     at_most: int,
-    both: wp.array(dtype=wp.vec4),
+    common_out: wp.array(dtype=wp.vec4),
     sums: wp.array(dtype=wp.int64),
     first: wp.array(dtype=wp.float32),
     squares: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
-    """z += P S^-1 P^T r of what was pooled of r, and <r, z> with it: a block of threads for each aggregate."""
+    """S^-1 P^T r of what was pooled of r, by which all of an aggregate's z are to go, and what <r, z> has of that: a
+    block of threads for each aggregate."""
     stride = wp.block_dim()
     a = wp.tid() // stride
     lane = wp.tid() % stride
@@ -277,11 +304,8 @@ def move_as_one_kernel(
             for n in range(3):
                 own[k] = own[k] + inverse[3 * a + k, 3 * b + n] * force[n]
     move = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
-    for seat in range(stride * starts[a] + lane, stride * starts[a + 1], stride):
-        i = seats[seat]
-        if i != NOBODY:
-            put_three(both, 2 * i, three_of(both, 2 * i) + move)
     if lane == 0:
+        put_four(common_out, a, move, 0.0)
         before = first[0]
         if number > 0:
             before = squares[(slot + 3) % RING]
@@ -325,6 +349,7 @@ def multiply_kernel(
     tolerance: float,
     spread: wp.array(dtype=wp.float32),
     both: wp.array(dtype=wp.vec4),
+    common: wp.array(dtype=wp.vec4),
     threads: int,
     direction_out: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
@@ -335,7 +360,8 @@ def multiply_kernel(
     squares: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
-    """p = z + b p, A p and <p, A p>, if there is anything left to do; of each vertex `both` has z and the p before.
+    """p = z + b p, A p and <p, A p>, if there is anything left to do; of each vertex `both` has z, without what is
+    `common` to its aggregate and with that one's number, and the p before.
 
     Each row of cloth is shared by `lanes` threads; there are `shares` of all (lanes.py).
     """
@@ -369,7 +395,7 @@ def multiply_kernel(
             here = wp.vec3()
             row = wp.vec3()
             if i < rows:
-                here = three_of(both, 2 * i) + b * three_of(both, 2 * i + 1)
+                here = direction_of(both, common, b, i)
                 # by differences, as in paired_matrix.py
                 for k in range(lane, wp.max(width, far_width), 2 * lanes):
                     # all that is read before any of it is needed; what fills a row up is its own vertex, which adds 0
@@ -377,10 +403,10 @@ def multiply_kernel(
                     at1 = neighbour(m.columns, i, k + lanes + 1)
                     far0 = neighbour(m.far_columns, i, k)
                     far1 = neighbour(m.far_columns, i, k + lanes)
-                    to0 = three_of(both, 2 * at0) + b * three_of(both, 2 * at0 + 1) - here
-                    to1 = three_of(both, 2 * at1) + b * three_of(both, 2 * at1 + 1) - here
-                    to_far0 = three_of(both, 2 * far0) + b * three_of(both, 2 * far0 + 1) - here
-                    to_far1 = three_of(both, 2 * far1) + b * three_of(both, 2 * far1 + 1) - here
+                    to0 = direction_of(both, common, b, at0) - here
+                    to1 = direction_of(both, common, b, at1) - here
+                    to_far0 = direction_of(both, common, b, far0) - here
+                    to_far1 = direction_of(both, common, b, far1) - here
                     if at0 != i:
                         row += spread_block(spread, i, k, width) * to0
                     if at1 != i:
@@ -397,7 +423,7 @@ def multiply_kernel(
                 product_out[i] = row
         elif e < shares + others:
             i = rows + e - shares
-            here = three_of(both, 2 * i) + b * three_of(both, 2 * i + 1)
+            here = direction_of(both, common, b, i)
             direction_out[i] = here
             row = m.diagonal[i] * here + held_product(m, i, here)
             part += whole_of(wp.dot(here, row), quanta)
@@ -408,7 +434,7 @@ def multiply_kernel(
             w = m.lam[c]
             u = wp.vec3()
             for k in range(4):
-                u += w[k] * (three_of(both, 2 * v[k]) + b * three_of(both, 2 * v[k] + 1))
+                u += w[k] * direction_of(both, common, b, v[k])
             f = pair_force(m, c, u)
             part += whole_of(wp.dot(u, f), quanta)
             for k in range(4):
@@ -449,6 +475,8 @@ def advance_kernel(
     direction: wp.array(dtype=wp.vec3),
     rows: int,
     seats: wp.array(dtype=wp.int32),
+    of: wp.array(dtype=wp.int32),
+    nobody: int,
     threads: int,
     solution: wp.array(dtype=wp.vec3),
     residual: wp.array(dtype=wp.vec3),
@@ -483,11 +511,13 @@ def advance_kernel(
             r = residual[i] - a * (product[i] + more)
             z = inverse[i] * r
             residual[i] = r
-            put_three(both_out, 2 * i, z)
-            put_three(both_out, 2 * i + 1, p)
             part += whole_of(wp.dot(r, z), quanta)
+            own = nobody
             if i < rows:
                 force = r
+                own = of[i]
+            put_four(both_out, 2 * i, z, float(own))
+            put_four(both_out, 2 * i + 1, p, 0.0)
     pool(seats, thread, force, pooled_out)
     of_block = wp.tile_sum(wp.tile(part))[0]
     if thread % wp.block_dim() == 0:
@@ -544,30 +574,31 @@ def solve(
     all_threads = whole_blocks(shares + count - rows + pairs)
     seats = aggregates.seats
     threads = len(seats) + whole_blocks(count - rows)
+    whose = seats, aggregates.of, aggregates.count
 
     def launch(kernel: wp.Kernel, dim: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
         wp.launch(kernel, dim, [*inputs, dim], outputs, block_dim=BLOCK, device=device)
 
     def take_along() -> None:
-        inputs = [aggregates.inverse, aggregates.starts, seats, aggregates.pooled, at_most]
-        made = [both, sums, first, squares, state]
+        inputs = [aggregates.inverse, aggregates.starts, aggregates.pooled, at_most]
+        made = [aggregates.common, sums, first, squares, state]
         wp.launch(move_as_one_kernel, aggregates.count * block, inputs, made, block_dim=BLOCK, device=device)
 
     def turns(count: int) -> None:
         for _ in range(count):
             take_along()
-            given = [matrix, lanes, shares, at_most, tolerance, spread, both]
+            given = [matrix, lanes, shares, at_most, tolerance, spread, both, aggregates.common]
             made = [direction, product, pulled, pulled_whole, sums, first, squares, state]
             launch(multiply_kernel, all_threads, given, made)
             kept = [solution_out, residual, both, product, pulled, pulled_whole, aggregates.pooled]
             kept += [sums, squares, state]
-            launch(advance_kernel, threads, [inverse, direction, rows, seats], kept)
+            launch(advance_kernel, threads, [inverse, direction, rows, *whose], kept)
 
     coupled.zero_()
     spread_out(matrix, spread)
     launch(mark_kernel, whole_blocks(pairs), [matrix], [coupled])
     made = [solution_out, residual, both, pulled, pulled_whole, aggregates.pooled, sums, parts, state]
-    launch(start_kernel, threads, [matrix, inverse, gradient, coupled, seats], made)
+    launch(start_kernel, threads, [matrix, inverse, gradient, coupled, *whose], made)
     launch(open_kernel, block, [parts, threads // block], [first, sums])
     if at_most <= 2 * TURNS:  # of which a look would save less than it takes
         turns(at_most)

@@ -126,6 +126,7 @@ class System:
         aggregates = aggregates or self.alone
         aggregates.pooled.fill_(np.nan)
         aggregates.moves.fill_(np.nan)
+        aggregates.common[: aggregates.count].fill_(np.nan)
         cg = pcg.ConjugateGradients.allocate(COUNT, CLOTH, self.matrix.blocks.shape[1], self.device, self.repeatable)
         for scratch in (
             cg.residual,
