@@ -39,9 +39,9 @@ GRID = 64
 @dataclass
 class Carry:
     """The field of a step: `places` (A,) vec3 m of cloth and surface, in whose distances it is weighted; `grid` over
-    the surface's, `surface` (B,), part of them; `motions` (J + 1,) and `blends` (B,) mat34, of the joints and of the
-    skin, and the last of the first, `root` (1,), the motion of everybody; `near` (B,) int32: skin in reach of the
-    cloth, marked as the field is evaluated; `upload` writes `motions`."""
+    the surface's, `surface` (B,), part of them; `motions` (J,) and `blends` (B,) mat34, of the joints and of the skin,
+    and `root` (1,), the motion of everybody; `near` (B,) int32: skin in reach of the cloth, marked as the field is
+    evaluated; `upload` writes `motions`, and `upload_root` `root`."""
 
     places: wp.array
     surface: wp.array
@@ -53,19 +53,20 @@ class Carry:
     skin_joints: wp.array
     skin_weights: wp.array
     upload: Upload
+    upload_root: Upload
 
     @staticmethod
     def build(cloth_count: int, skin_joints: np.ndarray, skin_weights: np.ndarray, joints: int, device: str) -> Carry:
         """`skin_joints` (B, K) int32 and `skin_weights` (B, K) float32 as in BodyModel."""
         body_count = len(skin_joints)
         places = wp.zeros(cloth_count + body_count, dtype=wp.vec3, device=device)
-        motions = wp.zeros(joints + 1, dtype=mat34, device=device)
+        motions, root = (wp.zeros(count, dtype=mat34, device=device) for count in (joints, 1))
         grid = wp.HashGrid(GRID, GRID, GRID, device=device)
         grid.reserve(body_count)
         return Carry(
             places,
             places[cloth_count:],
-            motions[joints:],
+            root,
             motions,
             wp.zeros(body_count, dtype=mat34, device=device),
             wp.zeros(body_count, dtype=wp.int32, device=device),
@@ -73,13 +74,16 @@ class Carry:
             wp.array(skin_joints, dtype=wp.int32, device=device),
             wp.array(skin_weights, dtype=wp.float32, device=device),
             Upload(motions),
+            Upload(root),
         )
 
-    def take_motions(self, motions: np.ndarray, root: np.ndarray | None = None) -> None:
-        """As of the launches that follow, the field is that of the joints' `motions` A (J, 4, 4), and everybody's
-        motion is `root` (4, 4), or none."""
-        every = np.concatenate([motions, (np.eye(4) if root is None else root)[None]])
-        self.upload.write((every - np.eye(4))[:, :3].astype(np.float32))
+    def take_root(self, root: np.ndarray) -> None:
+        """As of the launches that follow, everybody's motion is `root` (4, 4)."""
+        self.upload_root.write((root - np.eye(4))[None, :3].astype(np.float32))
+
+    def take_motions(self, motions: np.ndarray) -> None:
+        """As of the launches that follow, the field is that of the joints' `motions` A (J, 4, 4)."""
+        self.upload.write((motions - np.eye(4))[:, :3].astype(np.float32))
 
     def move_along(self, x: wp.array) -> None:
         """Move all of x (K,) vec3 m by everybody's motion."""

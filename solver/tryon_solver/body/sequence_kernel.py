@@ -27,6 +27,10 @@ class SequenceKernel:
         """(J, 4, 4) float64 m: what each part does to points at rest."""
         return self.sequence.transforms(stance)
 
+    def root(self, stance: Moment) -> np.ndarray:
+        """(4, 4) float64 m: that of the body as a whole."""
+        return self.transforms(stance)[0]
+
     def take(self, transforms: np.ndarray, stance: Moment) -> None:
         """Be at the stance, seen from where `transforms` (J, 4, 4) are."""
         for upload, values in zip(self._uploads, (transforms, self.sequence.corrected_rest(stance))):

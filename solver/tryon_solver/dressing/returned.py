@@ -166,7 +166,7 @@ def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> 
     as_one = end[0] @ np.linalg.inv(before[0])
     x: wp.array = wp.array(positions(cloth, hung.surface), dtype=wp.vec3, device=device)
     way = wp.zeros_like(x)
-    carry.take_motions(before, as_one)
+    carry.take_root(as_one)
     carry.move_along(x)
     before = as_one @ before
     skin, skin_after = (wp.zeros(len(hung.surface), dtype=wp.vec3, device=device) for _ in range(2))

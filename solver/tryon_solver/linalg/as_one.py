@@ -75,15 +75,16 @@ def row(values: wp.mat33d, n: int) -> wp.vec3d:
 
 
 @wp.kernel
-def add_parts_kernel(parts: wp.array2d(dtype=wp.mat33d), count: int, threads: int):
-    """One block: parts[0, k] = the sum of the first `count` of each k, in a fixed order"""
-    for k in range(SUMS):
-        total = wp.mat33d()
-        for n in range(wp.tid(), count, threads):
-            total += parts[n, k]
-        whole = wp.tile_sum(wp.tile(total, preserve_type=True))[0]
-        if wp.tid() == 0:
-            parts[0, k] = whole
+def add_parts_kernel(parts: wp.array2d(dtype=wp.mat33d), count: int):
+    """A block for each k: parts[0, k] = the sum of the first `count`, in a fixed order"""
+    stride = wp.block_dim()
+    k = wp.tid() // stride
+    total = wp.mat33d()
+    for n in range(wp.tid() % stride, count, stride):
+        total += parts[n, k]
+    whole = wp.tile_sum(wp.tile(total, preserve_type=True))[0]
+    if wp.tid() % stride == 0:
+        parts[0, k] = whole
 
 
 @wp.kernel
@@ -141,10 +142,10 @@ def move_as_one(
     """
     device = wp.get_device(solution.device)
     of_cloth, of_pairs = sum_up_as_one(matrix, cg.residual, x, moving, scratch)
-    threads, block = in_blocks(1, device)
+    _, block = in_blocks(1, device)
     for parts, count in ((scratch.of_cloth, of_cloth), (scratch.of_pairs, of_pairs)):
         if count > 1:
-            launch(add_parts_kernel, threads, [parts, count, threads], [], block_dim=block, device=device)
+            launch(add_parts_kernel, int(SUMS) * block, [parts, count], [], block_dim=block, device=device)
     sums = [scratch.of_cloth, scratch.of_pairs, int(turns)]
     launch(find_best_kernel, 1, sums, [scratch.found], device=device)
     launch(add_move_kernel, moving, [scratch.found, x], [solution], device=device)

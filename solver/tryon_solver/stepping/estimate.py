@@ -61,7 +61,7 @@ def estimate_error(sim: Simulation) -> None:
     whose pairs are collected."""
     work, cloth, squared, way_squared = sim.work, sim.cloth_count, sim.work.scalars[0], sim.work.scalars[1]
     linearise_at(sim)
-    solve_newton_system(sim, ITERATIONS)
+    solve_newton_system(sim, ITERATIONS, anew=False)  # the last iteration's coarse level does as well
     direction, way = work.direction[:cloth], work.total[:cloth]
     dot(direction, direction, squared, work.parts)
     subtract(sim.state.x[:cloth], sim.x_carried[:cloth], way)

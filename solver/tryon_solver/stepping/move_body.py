@@ -65,14 +65,15 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
     """Go with the body to the stance, in sub-steps. Where one is enough and all of its motion is free, a GPU goes and
     begins what follows before the host knows."""
     settings, moving, start = sim.settings, body.moving, body.pose
-    before, end = body.transforms(), moving.transforms(stance)
-    motion = end[0] @ rigid.inverse(before[0])
-    before = motion @ before
-    take_motion(sim, before, end, stance, motion)
+    before = body.transforms()
+    motion = moving.root(stance) @ rigid.inverse(before[0])
+    body.carry.take_root(motion)
     if sim.flight is not None:
         sim.flight.look_about(sim)
     as_one(sim, "be_brought_along" if sim.comes_along else "go_along", lambda: go_along(sim))
     body.carry.sort_surface(settings.carry_none)
+    before, end = motion @ before, moving.transforms(stance)  # while a GPU sorts
+    take_motion(sim, before, end, stance)
     sight = None
     if goes_on(sim, before, end):
         sight, sim.under_way = set_out_and_go(sim, lambda: set_out(sim), begin)
@@ -134,15 +135,13 @@ def farthest(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.linalg.norm(a.astype(np.float64) - b, axis=1).max())
 
 
-def take_motion(
-    sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object, root: np.ndarray | None = None
-) -> None:
+def take_motion(sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object) -> None:
     """Let the body's motion be, as of the launches that follow, that from `before` to `after` (J, 4, 4), world from
-    rest, with the same root; `stance` is the body's after it, `root` (4, 4) what everybody goes along with first."""
+    rest, with the same root; `stance` is the body's after it."""
     body = sim.body
     assert body is not None
     body.moving.take(after, stance)
-    body.carry.take_motions(after @ rigid.inverse(before), root)
+    body.carry.take_motions(after @ rigid.inverse(before))
 
 
 def depart(sim: Simulation) -> None:

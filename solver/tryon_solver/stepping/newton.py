@@ -57,12 +57,14 @@ def newton_matrix(sim: Simulation) -> PairedMatrix:
     return matrix
 
 
-def solve_newton_system(sim: Simulation, at_most: int) -> None:
+def solve_newton_system(sim: Simulation, at_most: int, anew: bool = True) -> None:
     """`direction` by conjugate gradients from the matrix and the gradient at x as looked around, and from what dyads
-    the Hessian has beside the matrix; `cg` keeps what is left."""
+    the Hessian has beside the matrix; `cg` keeps what is left. The preconditioner's coarse level is that of this
+    matrix, or, if not `anew`, of the one that was solved with before."""
     work, matrix = sim.work, newton_matrix(sim)
     until = at_most, sim.settings.correction_pcg_tolerance
-    sim.aggregates.take(matrix, pooled.add_pairs if sim.pairs.size else None)
+    if anew:
+        sim.aggregates.take(matrix, pooled.add_pairs if sim.pairs.size else None)
 
     def solve(gradient: wp.array, solution_out: wp.array) -> None:
         pcg.solve(sim.cg, matrix, work.blocks, gradient, solution_out, *until, sim.aggregates)

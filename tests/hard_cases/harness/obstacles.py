@@ -86,6 +86,9 @@ class FollowedObstacles:
     def transforms(self, stance: Placed) -> np.ndarray:
         return self.obstacles.transforms(stance)
 
+    def root(self, stance: Placed) -> np.ndarray:
+        return self.transforms(stance)[0]
+
     def take(self, transforms: np.ndarray, _stance: Placed) -> None:
         self._transforms.assign(np.ascontiguousarray(transforms))
 
