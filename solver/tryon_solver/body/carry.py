@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from tryon_solver.linalg.lanes import lanes_of, least_of_lanes, shares_of, sum_of_lanes
+from tryon_solver.linalg.lanes import LANES, least_of_lanes, shares_of, sum_of_lanes
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.rigid_motion import displaced, mat34
 from tryon_solver.linalg.upload import Upload
@@ -33,15 +33,18 @@ wp.set_module_options({"enable_backward": False})
 
 SHARPNESS = 0.01  # m, r above: skin closer than this dominates skin further away
 GRID = 64
+TOTAL = wp.constant(3)  # of what is found around a place: behind sum_b w_b (M_b x - x) the sum of the weights,
+NEAREST = wp.constant(4)  # and how far the nearest is
 
+Found = wp.types.vector(length=5, dtype=wp.float32)
 
 
 @dataclass
 class Carry:
-    """The field of a step: `places` (A,) vec3 m of cloth and surface, in whose distances it is weighted; `grid` over
-    the surface's, `surface` (B,), part of them; `motions` (J,) and `blends` (B,) mat34, of the joints and of the skin,
-    and `root` (1,), the motion of everybody; `near` (B,) int32: skin in reach of the cloth, marked as the field is
-    evaluated; `upload` writes `motions`, and `upload_root` `root`."""
+    """The field of a step: `places` (A,) vec3 m of cloth and surface, in whose distances it is weighted; a processor's
+    `grid` over the surface's, `surface` (B,), part of them; `motions` (J,) and `blends` (B,) mat34, of the joints and
+    of the skin, and `root` (1,), the motion of everybody; `near` (B,) int32: skin in reach of the cloth, marked as the
+    field is evaluated; `upload` writes `motions`, and `upload_root` `root`."""
 
     places: wp.array
     surface: wp.array
@@ -49,7 +52,7 @@ class Carry:
     motions: wp.array
     blends: wp.array
     near: wp.array
-    grid: wp.HashGrid
+    grid: wp.HashGrid | None
     skin_joints: wp.array
     skin_weights: wp.array
     upload: Upload
@@ -61,8 +64,9 @@ class Carry:
         body_count = len(skin_joints)
         places = wp.zeros(cloth_count + body_count, dtype=wp.vec3, device=device)
         motions, root = (wp.zeros(count, dtype=mat34, device=device) for count in (joints, 1))
-        grid = wp.HashGrid(GRID, GRID, GRID, device=device)
-        grid.reserve(body_count)
+        grid = wp.HashGrid(GRID, GRID, GRID, device=device) if wp.get_device(device).is_cpu else None
+        if grid is not None:
+            grid.reserve(body_count)
         return Carry(
             places,
             places[cloth_count:],
@@ -96,9 +100,9 @@ class Carry:
         self.near.zero_()
 
     def sort_surface(self, none: float) -> None:
-        """Have the surface's places looked up, up to `none` m around a vertex. Never in a graph: it sorts, which takes
-        memory for a while, and graphs that do so read what was not theirs once others had come and gone beside them."""
-        self.grid.build(self.surface, none)  # finer, empty cells would cost more than the skin that they pass over
+        """Have the surface's places looked up, up to `none` m around a vertex."""
+        if self.grid is not None:
+            self.grid.build(self.surface, none)  # finer, empty cells would cost more than the skin that they pass over
 
     def find_field(self, x: wp.array, full: float, none: float, displacement_out: wp.array) -> None:
         """u at the cloth, first among x (A,) vec3 m, for the motions that were taken; lengths in m. Marks `near`.
@@ -112,15 +116,13 @@ class Carry:
             [self.blends],
             device=x.device,
         )
-        count, lanes = self.places.size - self.surface.size, lanes_of(str(x.device))
-        given = [self.grid.id, self.places, self.surface, self.blends, self.motions, full, none, SHARPNESS, x]
-        launch(
-            field_kernel,
-            shares_of(count, lanes),
-            [*given, count, lanes],
-            [self.near, displacement_out],
-            device=x.device,
-        )
+        count, made = self.places.size - self.surface.size, [self.near, displacement_out]
+        given = [self.places, self.surface, self.blends, self.motions, full, none, SHARPNESS, x]
+        if self.grid is not None:
+            launch(field_kernel, count, [self.grid.id, *given], made, device=x.device)
+        else:
+            shares = shares_of(count, LANES)
+            launch(field_together_kernel, shares, [*given, count, LANES], made, device=x.device)
 
     def move_surface(self, skin_before: wp.array, skin_after: wp.array, displacement_out: wp.array) -> None:
         """Put the surface's part of `displacement_out` (A,) vec3 m: it goes as the skin (B,) vec3 m does."""
@@ -149,9 +151,129 @@ def blend_kernel(
     blends_out[b] = blend
 
 
+@wp.func
+def displacement_at(found: Found, here: wp.vec4, root: mat34, full: float, none: float) -> wp.vec3:
+    """u(x) of what was found around x, which is `here`."""
+    displacement = root * here
+    total = found[TOTAL]
+    if total > 0.0:
+        t = wp.clamp((none - found[NEAREST]) / (none - full), 0.0, 1.0)
+        share = t * t * (3.0 - 2.0 * t)
+        moved = wp.vec3(found[0], found[1], found[2])
+        displacement = (share / total) * moved + (1.0 - share) * displacement
+    return displacement
+
+
 @wp.kernel
 def field_kernel(
     grid: wp.uint64,
+    places: wp.array(dtype=wp.vec3),
+    surface: wp.array(dtype=wp.vec3),
+    blends: wp.array(dtype=mat34),
+    motions: wp.array(dtype=mat34),
+    full: float,
+    none: float,
+    sharpness: float,
+    x: wp.array(dtype=wp.vec3),
+    near_out: wp.array(dtype=wp.int32),
+    displacement_out: wp.array(dtype=wp.vec3),
+):
+    """u(x) above for the cloth."""
+    i = wp.tid()
+    place = places[i]
+    here = wp.vec4(x[i][0], x[i][1], x[i][2], 1.0)
+    query = wp.hash_grid_query(grid, place, none)
+    b = int(0)
+    found = Found(0.0, 0.0, 0.0, 0.0, none)
+    while wp.hash_grid_query_next(query, b):
+        d = wp.length(surface[b] - place)
+        if d < none:
+            if near_out[b] == 0:  # most is marked already: reading costs less than writing it again
+                near_out[b] = 1
+            fade = 1.0 - d / none
+            softened = d * d + sharpness * sharpness
+            w = fade * fade / (softened * softened)
+            moved = w * (blends[b] * here)
+            for k in range(3):
+                found[k] = found[k] + moved[k]
+            found[TOTAL] = found[TOTAL] + w
+            found[NEAREST] = wp.min(found[NEAREST], d)
+    displacement_out[i] = displacement_at(found, here, motions[0], full, none)
+
+
+@wp.func_native("""
+    wp::vec_t<5, decltype(none + none)> found;
+    found[4] = none;
+#if defined(__CUDA_ARCH__)
+    __shared__ int lists[8][256];
+    const int thread = threadIdx.x % 32;
+    int* list = lists[threadIdx.x / 32];
+    float lowest[3], highest[3];
+    for (int k = 0; k < 3; ++k) {
+        lowest[k] = highest[k] = place[k];
+        for (int apart = 16; apart > 0; apart >>= 1) {
+            lowest[k] = fminf(lowest[k], __shfl_xor_sync(0xffffffffu, lowest[k], apart));
+            highest[k] = fmaxf(highest[k], __shfl_xor_sync(0xffffffffu, highest[k], apart));
+        }
+        lowest[k] -= none;
+        highest[k] += none;
+    }
+    const int count = surface.shape[0];
+    for (int first = 0; first < count; first += 256) {
+        int listed = 0;
+        for (int b = first + thread; b < first + 256; b += 32) {
+            bool near = b < count;
+            if (near) {
+                const wp::vec_t<3, float> p = surface.data[b];
+                for (int k = 0; k < 3; ++k)
+                    near = near && p[k] >= lowest[k] && p[k] <= highest[k];
+            }
+            const unsigned together = __ballot_sync(0xffffffffu, near);
+            if (near)
+                list[listed + __popc(together & ((1u << thread) - 1u))] = b;
+            listed += __popc(together);
+        }
+        __syncwarp();
+        for (int n = thread % lanes; n < listed; n += lanes) {
+            const int b = list[n];
+            const float d = wp::length(wp::sub(surface.data[b], place));
+            if (d < none) {
+                if (near_out.data[b] == 0)
+                    near_out.data[b] = 1;
+                const float fade = 1.0f - d / none;
+                const float softened = d * d + sharpness * sharpness;
+                const float w = fade * fade / (softened * softened);
+                const wp::mat_t<3, 4, float> blend = blends.data[b];
+                for (int k = 0; k < 3; ++k)
+                    found[k] += w * (blend.data[k][0] * here[0] + blend.data[k][1] * here[1]
+                        + blend.data[k][2] * here[2] + blend.data[k][3]);
+                found[3] += w;
+                found[4] = fminf(found[4], d);
+            }
+        }
+        __syncwarp();
+    }
+#endif
+    return found;
+""")
+def found_together(
+    place: wp.vec3,
+    here: wp.vec4,
+    surface: wp.array(dtype=wp.vec3),
+    blends: wp.array(dtype=mat34),
+    none: float,
+    sharpness: float,
+    lanes: int,
+    near_out: wp.array(dtype=wp.int32),
+) -> Found:
+    """Of what is around a place, in the same order each time, this thread's share of `lanes`, by the 32 threads of a
+    GPU that run in step, in blocks of at most 256: they list the skin around all of their places, each testing every
+    32nd of it, and then go through the list. A grid of cells was looked through for 120 us a frame, whatever the number
+    of places, and sorted for 100."""
+
+
+@wp.kernel
+def field_together_kernel(
     places: wp.array(dtype=wp.vec3),
     surface: wp.array(dtype=wp.vec3),
     blends: wp.array(dtype=mat34),
@@ -165,44 +287,15 @@ def field_kernel(
     near_out: wp.array(dtype=wp.int32),
     displacement_out: wp.array(dtype=wp.vec3),
 ):
-    """u(x) above for `count` vertices of the cloth, each shared by `lanes` threads (linalg/lanes.py): a vertex has
-    hundreds of skin vertices around it."""
-    i = wp.tid() // lanes
-    lane = wp.tid() % lanes
-    here = wp.vec4()
-    total = float(0.0)
-    nearest = none
-    moved = wp.vec3()
-    if i < count:
-        place = places[i]
-        here = wp.vec4(x[i][0], x[i][1], x[i][2], 1.0)
-        query = wp.hash_grid_query(grid, place, none)
-        b = int(0)
-        found = int(0)
-        while wp.hash_grid_query_next(query, b):
-            found += 1
-            if found % lanes != lane:
-                continue
-            d = wp.length(surface[b] - place)
-            if d < none:
-                if near_out[b] == 0:  # most is marked already: reading costs less than writing it again
-                    near_out[b] = 1
-                nearest = wp.min(nearest, d)
-                fade = 1.0 - d / none
-                softened = d * d + sharpness * sharpness
-                w = fade * fade / (softened * softened)
-                total += w
-                moved += w * (blends[b] * here)
-    nearest = least_of_lanes(nearest)
-    total = sum_of_lanes(total)
-    moved = wp.vec3(sum_of_lanes(moved[0]), sum_of_lanes(moved[1]), sum_of_lanes(moved[2]))
-    if lane == 0 and i < count:
-        displacement = motions[0] * here
-        if total > 0.0:
-            t = wp.clamp((none - nearest) / (none - full), 0.0, 1.0)
-            share = t * t * (3.0 - 2.0 * t)
-            displacement = (share / total) * moved + (1.0 - share) * displacement
-        displacement_out[i] = displacement
+    """The same for `count` vertices, each shared by `lanes` threads (linalg/lanes.py)."""
+    i = wp.min(wp.tid() // lanes, count - 1)
+    here = wp.vec4(x[i][0], x[i][1], x[i][2], 1.0)
+    found = found_together(places[i], here, surface, blends, none, sharpness, lanes, near_out)
+    for k in range(4):
+        found[k] = sum_of_lanes(found[k])
+    found[NEAREST] = least_of_lanes(found[NEAREST])
+    if wp.tid() % lanes == 0:
+        displacement_out[i] = displacement_at(found, here, motions[0], full, none)
 
 
 @wp.kernel
