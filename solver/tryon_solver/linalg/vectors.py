@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
@@ -176,6 +178,68 @@ def sum_parts_kernel(parts: wp.array(dtype=wp.float32), count: int, threads: int
 
 
 @wp.kernel
+def dots_in_parts_kernel(
+    a0: wp.array(dtype=wp.vec3),
+    b0: wp.array(dtype=wp.vec3),
+    a1: wp.array(dtype=wp.vec3),
+    b1: wp.array(dtype=wp.vec3),
+    a2: wp.array(dtype=wp.vec3),
+    b2: wp.array(dtype=wp.vec3),
+    number: int,
+    threads: int,
+    parts_out: wp.array(dtype=wp.float32),
+):
+    """The same of the first two or three products: parts_out[3 k], and so on"""
+    thread = wp.tid()
+    first = float(0.0)
+    second = float(0.0)
+    third = float(0.0)
+    for i in range(thread, a0.shape[0], threads):
+        first += wp.dot(a0[i], b0[i])
+    for i in range(thread, a1.shape[0], threads):
+        second += wp.dot(a1[i], b1[i])
+    if number > 2:
+        for i in range(thread, a2.shape[0], threads):
+            third += wp.dot(a2[i], b2[i])
+    first_of_block = wp.tile_sum(wp.tile(first))[0]
+    second_of_block = wp.tile_sum(wp.tile(second))[0]
+    third_of_block = wp.tile_sum(wp.tile(third))[0]
+    if thread % wp.block_dim() == 0:
+        part = 3 * (thread // wp.block_dim())
+        parts_out[part] = first_of_block
+        parts_out[part + 1] = second_of_block
+        parts_out[part + 2] = third_of_block
+
+
+@wp.kernel
+def dots_of_parts_kernel(
+    parts: wp.array(dtype=wp.float32),
+    count: int,
+    number: int,
+    threads: int,
+    out0: wp.array(dtype=wp.float32),
+    out1: wp.array(dtype=wp.float32),
+    out2: wp.array(dtype=wp.float32),
+):
+    """One block: the sums of the first `count` threes of parts, in a fixed order"""
+    first = float(0.0)
+    second = float(0.0)
+    third = float(0.0)
+    for k in range(wp.tid(), count, threads):
+        first += parts[3 * k]
+        second += parts[3 * k + 1]
+        third += parts[3 * k + 2]
+    whole_first = wp.tile_sum(wp.tile(first))[0]
+    whole_second = wp.tile_sum(wp.tile(second))[0]
+    whole_third = wp.tile_sum(wp.tile(third))[0]
+    if wp.tid() == 0:
+        out0[0] = whole_first
+        out1[0] = whole_second
+        if number > 2:
+            out2[0] = whole_third
+
+
+@wp.kernel
 def dot_alone_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.float32)):
     """out[0] = sum_i a_i . b_i, by one thread"""
     total = wp.float64(0.0)
@@ -193,6 +257,22 @@ def dot(a: wp.array, b: wp.array, out: wp.array, parts: wp.array) -> None:
         launch(sum_parts_kernel, BLOCK, [parts, threads // BLOCK, BLOCK], [out], block_dim=BLOCK, device=a.device)
     else:
         launch(dot_alone_kernel, 1, [a, b], [out], device=a.device)
+
+
+def dots(sums: Sequence[tuple[wp.array, wp.array, wp.array]], parts: wp.array) -> None:
+    """`dot` of two or three (a, b, out) at once, in as many launches of a GPU as one takes."""
+    (a0, b0, out0), (a1, b1, out1), *more = sums
+    a2, b2, out2 = more[0] if more else sums[0]
+    device = parts.device
+    if wp.get_device(device).is_cpu:
+        for a, b, out in sums:
+            dot(a, b, out, parts)
+        return
+    threads = min(whole_blocks(max(len(a) for a, _, _ in sums)), PARTS // 3 * BLOCK)
+    given = [a0, b0, a1, b1, a2, b2, len(sums), threads]
+    launch(dots_in_parts_kernel, threads, given, [parts], block_dim=BLOCK, device=device)
+    summed, outs = [parts, threads // BLOCK, len(sums), BLOCK], [out0, out1, out2]
+    launch(dots_of_parts_kernel, BLOCK, summed, outs, block_dim=BLOCK, device=device)
 
 
 def descend(

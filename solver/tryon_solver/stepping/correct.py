@@ -26,7 +26,7 @@ from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.one_block import sum_up
 from tryon_solver.linalg.read_back import read
-from tryon_solver.linalg.vectors import dot, find_largest, subtract
+from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.coast import keep_momentum
 from tryon_solver.stepping.ending import end_if_well, ends_by_itself, told_at_end
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
@@ -434,7 +434,6 @@ def iterate(sim: Simulation, budget: Budget) -> None:
             sim.holding.measure(work.wanted, work.total)
         find_largest(work.total, progress.moved)
         make_last_if_near(sim)
-        dot(work.gradient, work.total, progress.slope, work.parts)
         note_unstopped(sim)
         progress.judge_move(sim.settings.correction_tolerance, state.dt)
         collect_near()

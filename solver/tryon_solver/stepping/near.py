@@ -28,7 +28,7 @@ import warp as wp
 
 from tryon_solver.advice import FAR
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.vectors import dot, subtract
+from tryon_solver.linalg.vectors import dot, dots, subtract
 from tryon_solver.stepping.progress import (
     APART,
     BEYOND,
@@ -144,12 +144,11 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
         asked = [sim.accuracy, squared, n, SCALE]
         launch(compare_asked_kernel, 1, asked, [told, sim.progress.lengths], device=sim.device)
     elif by_preset and nearness is not None and settings.deadline is None:
-        dot(direction, direction, squared, work.parts)
         way = work.total[:n]  # which is free until the move
         subtract(state.x[:n], state.x_feasible[:n], way)
-        dot(way, way, way_squared, work.parts)
         slope = work.scalars[2]
-        dot(work.gradient, work.direction, slope, work.parts)
+        whole = work.gradient, work.direction, slope
+        dots([(direction, direction, squared), (way, way, way_squared), whole], work.parts)
         enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.mass_told]
         launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
     if by_preset and settings.deadline is not None:

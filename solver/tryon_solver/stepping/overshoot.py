@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.vectors import dot
+from tryon_solver.linalg.vectors import dots
 from tryon_solver.stepping.progress import FOUND, LEFT, SLOPE
 
 if TYPE_CHECKING:
@@ -85,6 +85,13 @@ def retreat_kernel(share: wp.array(dtype=wp.float32), x_before: wp.array(dtype=w
     x[i] = x_before[i] + share[0] * (x[i] - x_before[i])
 
 
+def measure_slopes(sim: Simulation, there: wp.array) -> None:
+    """Of the potential where the move ends: along it, into `there`, and along what nothing stopped (stride.py)."""
+    work = sim.work
+    slopes = (work.total, there), (work.direction, work.scalars[2])
+    dots([(work.gradient, way, slope) for way, slope in slopes], work.parts)
+
+
 def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back: Callable[[], None]) -> None:
     """Look at the move `total` from `x_searched` to x, whose pairs are collected, and shorten it if it has led uphill.
 
@@ -99,7 +106,7 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
         measure()
 
     measure()
-    dot(work.gradient, work.total, there, work.parts)
+    measure_slopes(sim, there)
     judged = [progress.state, progress.lengths, share, progress.overshot]
     told = [sim.pairs.counters, sim.pairs.capacity, sim.mass_told, CALM, there]
     launch(judge_kernel, 1, told, judged, device=sim.device)

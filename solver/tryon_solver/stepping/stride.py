@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.vectors import dot
+from tryon_solver.linalg.vectors import dots
 from tryon_solver.stepping.progress import FREE_SLOPE, STRIDE
 
 if TYPE_CHECKING:
@@ -71,16 +71,16 @@ def stride_kernel(lengths: wp.array(dtype=wp.float32), direction: wp.array(dtype
 
 def note_unstopped(sim: Simulation) -> None:
     """Where the move begins: put what went all its way of `total` into `direction`, which is free by then, and note the
-    potential's slope along it."""
+    potential's slope along both."""
     work, progress = sim.work, sim.progress
     launch(keep_unstopped_kernel, sim.all_count, [work.wanted, work.total], [work.direction], device=sim.device)
-    dot(work.gradient, work.direction, progress.free_slope, work.parts)
+    slopes = (work.total, progress.slope), (work.direction, progress.free_slope)
+    dots([(work.gradient, way, slope) for way, slope in slopes], work.parts)
 
 
 def choose_stride(sim: Simulation) -> None:
-    """Where it ends: by the slope there, along what was noted."""
-    pairs, work, lengths, there = sim.pairs, sim.work, sim.progress.lengths, sim.work.scalars[2]
-    dot(work.gradient, work.direction, there, work.parts)
+    """Where it ends, unless it came back: by the slope there along what was noted, which overshoot.py measures."""
+    pairs, lengths, there = sim.pairs, sim.progress.lengths, sim.work.scalars[2]
     told = [pairs.counters, pairs.capacity, there, sim.progress.overshot]
     launch(choose_kernel, 1, told, [lengths], device=sim.device)
 

@@ -9,6 +9,7 @@ from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping import correct
+from tryon_solver.stepping.overshoot import measure_slopes
 from tryon_solver.stepping.progress import STRIDE
 from tryon_solver.stepping.stride import MOST, choose_stride, note_unstopped, stride_out
 
@@ -41,6 +42,7 @@ def strode(to, pairs=0, wanted=1.0, overshot=0, pushed=0.0):
     note_unstopped(sim)
     state.x.assign(to * rest)
     ended = slopes()
+    measure_slopes(sim, work.scalars[0])
     sim.pairs.counters.assign(np.full_like(sim.pairs.counters.numpy(), pairs))
     choose_stride(sim)
     chosen = float(sim.progress.lengths.numpy()[int(STRIDE)])

@@ -84,7 +84,7 @@ def test_a_budget_that_ends_astray_goes_back_but_not_twice_in_a_row_to_where_it_
         return replace(outcome, strayed=True, began=1.0, least=nearest, last=nearest)
 
     read = Progress.read
-    monkeypatch.setattr(Progress, "read", lambda self, pairs: ended(read(self, pairs)))
+    monkeypatch.setattr(Progress, "read", lambda self, *told: ended(read(self, *told)))
     monkeypatch.setattr(correct, "go_back_to_least", lambda _: went_back.append(step))
     for step in range(5):
         sim.advance(STILL, (step + 1) * DT)
