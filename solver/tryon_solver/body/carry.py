@@ -288,13 +288,14 @@ def field_together_kernel(
     displacement_out: wp.array(dtype=wp.vec3),
 ):
     """The same for `count` vertices, each shared by `lanes` threads (linalg/lanes.py)."""
-    i = wp.min(wp.tid() // lanes, count - 1)
+    share = wp.tid() // lanes
+    i = wp.min(share, count - 1)
     here = wp.vec4(x[i][0], x[i][1], x[i][2], 1.0)
     found = found_together(places[i], here, surface, blends, none, sharpness, lanes, near_out)
     for k in range(4):
         found[k] = sum_of_lanes(found[k])
     found[NEAREST] = least_of_lanes(found[NEAREST])
-    if wp.tid() % lanes == 0:
+    if share == i and wp.tid() % lanes == 0:  # who only fills up the last 32 has another list, and other last bits
         displacement_out[i] = displacement_at(found, here, motions[0], full, none)
 
 

@@ -87,7 +87,7 @@ def world_from_rest(model: BodyModel, pose: Pose) -> np.ndarray:
 def root_from_rest(model: BodyModel, pose: Pose) -> np.ndarray:
     """(4, 4) m: `world_from_rest` of the root alone, to the last bit."""
     transform = np.eye(4)
-    transform[:3, :3] = turn = quaternions.to_matrix(pose.rotations[:1])[0]
+    transform[:3, :3] = turn = quaternions.to_matrix(np.atleast_2d(pose.rotations)[0])
     transform[:3, 3] = pose.root - turn @ model.rest_joints[0]
     return transform
 

@@ -34,6 +34,7 @@ import warp as wp
 
 from tryon_solver.linalg.aggregates import NOBODY, Aggregates
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
+from tryon_solver.linalg.in_fours import add_at_once, four_of, put_four, three_of
 from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
 from tryon_solver.linalg.order_free import QUANTA, whole_of
 from tryon_solver.linalg.paired_matrix import PairedMatrix, held_product, pair_count, pair_force
@@ -76,41 +77,6 @@ def quanta_over(before: float) -> float:
 def place_of(ring: int, slot: int, thread: int) -> int:
     """Where a block of threads adds to a sum."""
     return (ring + slot) * PLACES + (thread // BLOCK_SIZE) % PLACES
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    const float4 four = *reinterpret_cast<const float4*>(vectors.data + i);
-    return wp::vec_t<3, float>(four.x, four.y, four.z);
-#else
-    return wp::vec_t<3, float>(vectors.data[i][0], vectors.data[i][1], vectors.data[i][2]);
-#endif
-""")
-def three_of(vectors: wp.array(dtype=wp.vec4), i: int) -> wp.vec3:  # type: ignore[empty-body]
-    """The first three numbers of vectors[i], in one operation of a GPU."""
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    const float4 four = *reinterpret_cast<const float4*>(vectors.data + i);
-    return wp::vec_t<4, float>(four.x, four.y, four.z, four.w);
-#else
-    return vectors.data[i];
-#endif
-""")
-def four_of(vectors: wp.array(dtype=wp.vec4), i: int) -> wp.vec4:  # type: ignore[empty-body]
-    """vectors[i], likewise."""
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    *reinterpret_cast<float4*>(vectors.data + i) = make_float4(value[0], value[1], value[2], number);
-#else
-    vectors.data[i] = wp::vec_t<4, float>(value[0], value[1], value[2], number);
-#endif
-""")
-def put_four(vectors: wp.array(dtype=wp.vec4), i: int, value: wp.vec3, number: float) -> None:
-    """vectors[i] = (value, number), likewise."""
 
 
 @wp.func
@@ -294,7 +260,7 @@ def move_as_one_kernel(
     a = wp.tid() // stride
     lane = wp.tid() % stride
     number = state[TAKEN]
-    if number >= at_most:
+    if number >= at_most or state[MORE] == 0:  # what is added once the last one is done would count as left
         return
     slot = number % RING
     own = wp.vec3()
@@ -311,23 +277,6 @@ def move_as_one_kernel(
             before = squares[(slot + 3) % RING]
         part = wp.dot(move, pooled_at(pooled, starts, a))
         wp.atomic_add(sums, place_of(SQUARED, slot, a * stride), whole_of(part, quanta_over(before)))
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
-    asm volatile("red.global.add.v4.f32 [%0], {%1, %2, %3, %4};"
-        :: "l"(__cvta_generic_to_global(sums.data + i)), "f"(value[0]), "f"(value[1]), "f"(value[2]), "f"(0.0f)
-        : "memory");
-#elif defined(__CUDA_ARCH__)
-    for (int k = 0; k < 3; ++k)
-        atomicAdd(reinterpret_cast<float*>(sums.data + i) + k, value[k]);
-#else
-    for (int k = 0; k < 3; ++k)
-        sums.data[i][k] += value[k];
-#endif
-""")
-def add_at_once(sums: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
-    """sums[i] += value, in one operation where a GPU has such (PTX red.v4, from compute capability 9.0)."""
 
 
 @wp.func
