@@ -367,14 +367,25 @@ def test_what_falls_may_be_fast_and_what_is_thrown_may_not(seen):
     assert said.startswith("frame 11, 10 after an edit: 1.80 m/s")
 
 
-def played(garment="tshirt", kind="mixed", device="cuda:0", edits=500, vertices=2500, broken=(), value=0.1, anew=None):
+def played(
+    garment="tshirt",
+    kind="mixed",
+    device="cuda:0",
+    edits=500,
+    vertices=2500,
+    broken=(),
+    value=0.1,
+    anew=None,
+    fastest=1.2,
+    hem=(0.5, 0.504),
+):
     case = replace(EditCase(garment, edits=edits, kind=kind), device=device, vertices=vertices).plain()
     seconds = {how: {"count": 0} for how in ("value", "carried", "anew", "as before")}
     seconds["value"] = {"count": 3, "p50": value, "p99": 1.0}
     if anew is not None:
         seconds["anew"] = {"count": 2, "p50": anew, "p99": anew}
-    faults = {"asked": 40, "crossing": []}
-    return {"case": case, "vertices": vertices, "broken": list(broken), "faults": faults, "seconds": seconds}
+    made = {"faults": {"asked": 40, "crossing": [], "fastest": fastest}, "undone": {"hem": hem}}
+    return {"case": case, "vertices": vertices, "broken": list(broken), "seconds": seconds, **made}
 
 
 def test_each_promise_is_held_to_what_was_measured():
@@ -388,6 +399,10 @@ def test_each_promise_is_held_to_what_was_measured():
     assert "on a GPU 2 of 2 runs, of 500 edits, hold in all, and 0 of 80 judged frames cross" in shirt.measured
     shirt, *_ = promises({"a": fast, "b": slow}, None, [], None)
     assert (shirt.holds, "1 of 2 runs" in shirt.measured) == (False, True)
+    assert promises({"a": fast, "b": played(edits=50)}, None, [], None)[0].cells[2] == "yes"
+    for letter, other in (({"fastest": 2.0}, "1 stay under"), ({"hem": (0.5, 0.52)}, "hems of 1"), ({"hem": None}, "")):
+        shirt, *_ = promises({"a": fast, "b": played(edits=50, **letter)}, None, [], None)
+        assert (shirt.holds, shirt.cells[2], other in shirt.measured) == (True, "as judged", True)
     del kinds["dart"]
     assert promises(kinds, None, [], None)[3].holds is False
     assert promises(kinds, None, [], None)[3].measured.endswith("hold; not dart")

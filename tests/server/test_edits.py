@@ -62,17 +62,27 @@ def test_the_list_says_of_the_oldest_of_more_than_a_thousand_that_they_can_be_un
 def test_an_edit_over_rest_is_made_listed_and_in_the_pattern(server):
     path = f"/api/sessions/{dressed(server)}"
     reply = server.http.post(f"{path}/edits", json={"edit": WIDER})
-    assert (reply.status_code, reply.json()) == (201, {"id": 1, "last": 1, "change": "value"})
+    assert (reply.status_code, reply.json()) == (201, {"id": 1, "last": 1, "change": "value", "notes": []})
     (edit,) = server.http.get(f"{path}/edits").json()
     assert (edit["id"], edit["edit"], edit["mirror"], edit["undone"]) == (1, WIDER, False, False)
     assert abs(edit["made"] - time.time()) < 60
     assert width_of(server.http.get(f"{path}/pattern").json()) == 0.6
-    assert server.http.post(f"{path}/edits/undo").json() == {"id": 1, "last": 0, "change": "value"}
+    assert server.http.post(f"{path}/edits/undo").json() == {"id": 1, "last": 0, "change": "value", "notes": []}
     assert edit["can_be_undone"]
     edit = server.http.get(f"{path}/edits").json()[0]
     assert (edit["undone"], edit["can_be_undone"]) == (True, False)
     refused(server.http.post(f"{path}/edits/undo"), 422, "edit.refused")
     assert server.http.post(f"{path}/edits/redo").json()["last"] == 1
+
+
+def test_what_happens_besides_is_said_over_rest_too(server):
+    """Of who watches, `design` says it."""
+    path = f"/api/sessions/{dressed(server)}"
+    longer = {"kind": "lengthen", "panel": "front", "edge": 0, "by": 0.05}
+    reply = server.http.post(f"{path}/edits", json={"edit": longer, "mirror": True}).json()
+    follows, once = reply["notes"]
+    assert "'back' follows so that its seams fit" in follows
+    assert "no piece is the mirror image of 'front'" in once
 
 
 def test_whether_it_is_mirrored_is_said_by_true_or_false(server):
@@ -223,7 +233,7 @@ def test_an_edit_that_is_worked_at_is_told_and_can_be_taken_back_and_one_that_ta
         while changes() != [("scale_piece", "dressing")]:
             assert time.monotonic() < end, changes()
             time.sleep(0.02)
-        assert ask("/undo").result().json() == {"id": 1, "last": 0, "change": "value"}
+        assert ask("/undo").result().json() == {"id": 1, "last": 0, "change": "value", "notes": []}
         assert slow.result().json()["id"] == 1
         assert changes() == []
         slow = ask(json={"edit": bad})
@@ -294,7 +304,7 @@ def test_another_fabric_is_an_edit_and_a_part_of_the_pattern(server):
 
     assert fabric() == "cotton"
     reply = server.http.post(f"{path}/edits", json={"edit": DENIM})
-    assert (reply.status_code, reply.json()) == (201, {"id": 1, "last": 1, "change": "topology"})
+    assert (reply.status_code, reply.json()) == (201, {"id": 1, "last": 1, "change": "topology", "notes": []})
     assert fabric() == "denim"
     told = refused(server.http.post(f"{path}/edits", json={"edit": STEEL}), 422, "edit.unknown_fabric")
     assert (told["place"], "cotton, denim" in told["remedy"]) == ("edit.fabric", True)

@@ -144,7 +144,7 @@ def test_an_edit_that_is_cancelled_is_not_made_and_those_behind_it_are(server, p
     assert server.http.delete(slow).status_code == 204
     refused(ended(server, slow), 409, "job.cancelled")
     made = ended(server, behind)
-    assert (made.status_code, made.json()) == (201, {"id": 1, "last": 1, "change": "value"})
+    assert (made.status_code, made.json()) == (201, {"id": 1, "last": 1, "change": "value", "notes": []})
     assert [one["edit"] for one in server.http.get(f"{path}/edits").json()] == [WIDER]
     held.unlink()
 

@@ -154,6 +154,24 @@ def test_a_session_that_is_asked_for_does_not_end_for_want_of_a_connection(tmp_p
     server.stop()
 
 
+def test_a_session_that_is_edited_over_rest_does_not_end_for_want_of_a_connection(tmp_path):
+    """Refused or made: who edits waits for it, as who reads its pattern does."""
+    server = LiveServer(tmp_path, session_grace_seconds=1.5)
+    session = server.open()
+    path = f"/api/sessions/{session}"
+    asked = (
+        lambda: server.http.post(f"{path}/edits", json={"edit": {"kind": "move_seam"}}),
+        lambda: server.http.get(f"{path}/edits"),
+        lambda: server.http.get(f"{path}/pattern"),
+    )
+    for ask in asked:
+        for _ in range(8):
+            time.sleep(0.3)
+            assert ask().status_code != 409
+    assert server.http.get(path).json()["state"] != "closed"
+    server.stop()
+
+
 def test_the_cloth_goes_on_while_no_poses_come_and_frames_with_it(live):
     session = live.open(motion=None)
 

@@ -184,7 +184,7 @@ def test_each_garment_has_edits_of_its_own(server, session):
     assert other.json()["id"] == 1
     assert worn(server, session)[1] == ["tube"]
     undone = server.http.post(f"{edit}/undo", params={"garment": "tube-2"})
-    assert undone.json() == {"id": 1, "last": 0, "change": "topology"}
+    assert undone.json() == {"id": 1, "last": 0, "change": "topology", "notes": []}
     assert [entry["undone"] for entry in server.http.get(edit, params={"garment": "tube-2"}).json()] == [True]
     assert [entry["undone"] for entry in server.http.get(edit, params={"garment": "tube"}).json()] == [False]
     refused = server.http.post(edit, json={"edit": WIDER, "garment": "coat"})

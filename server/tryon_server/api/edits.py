@@ -35,6 +35,7 @@ async def list_edits(session_id: str, services: ServicesDep, garment: str = "") 
     with those that were taken back and can be made again, until a new edit takes their place; and whether each can be
     taken back, and is worn yet."""
     kept = await services.sessions.edits(session_id, garment)
+    services.sessions.asked_for(session_id)
     live = services.sessions.get(session_id)
     can_be_undone = undoable([one.id for one in kept if not one.undone])
     on_the_way = set() if live is None else live.machine.on_the_way(garment or live.machine.edited)
@@ -88,6 +89,7 @@ async def pattern(session_id: str, services: ServicesDep, garment: str = "") -> 
     """The pattern of a garment, the edited one unless it is named, as it stands after the session's edits, live or
     ended: JSON that POST /api/garments takes."""
     specification = await services.sessions.specification(session_id, garment)
+    services.sessions.asked_for(session_id)
     return Response(json.dumps(specification), media_type="application/json")
 
 
@@ -118,7 +120,7 @@ async def _made(asked: Awaitable[EditMade]) -> EditedReply:
         made = await asked
     except ProtocolError as error:
         raise _refusal(error) from error
-    return EditedReply(id=made.id, last=made.last, change=made.change)
+    return EditedReply(id=made.id, last=made.last, change=made.change, notes=list(made.notes))
 
 
 def _progress(live: LiveSession, ticket: int) -> Progress:

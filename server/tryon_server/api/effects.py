@@ -109,7 +109,6 @@ def _goes_on() -> None:
 async def _live(session_id: str, services: Services) -> LiveSession:
     """The session. Raises ProblemError 404, 409 where it has ended."""
     live = await services.sessions.living(session_id)
-    live.machine.asked_for(live.now)
     return live
 
 

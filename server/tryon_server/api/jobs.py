@@ -41,7 +41,7 @@ async def list_jobs(session_id: str, services: ServicesDep) -> list[JobReply]:
     """The jobs of a session, live or ended, oldest first: those that go on, and those that have ended lately and were
     not answered at once."""
     await services.sessions.record(session_id)
-    _is_asked_for(session_id, services)
+    services.sessions.asked_for(session_id)
     return [_reply(job) for job in services.jobs.of(session_id)]
 
 
@@ -51,7 +51,7 @@ async def get_job(session_id: str, job_id: str, services: ServicesDep, wait: Wai
     asked would have answered, be it a refusal: for a while, as TRYON_SERVER_JOB_KEPT_SECONDS and
     TRYON_SERVER_MOST_JOBS_KEPT say."""
     job = services.jobs.get(session_id, job_id)
-    _is_asked_for(session_id, services)
+    services.sessions.asked_for(session_id)
     return _answer(job, wait) if await job.wait(wait.seconds or 0.0) else _accepted(job, wait)
 
 
@@ -99,12 +99,6 @@ def _accepted(job: Job, wait: Wait) -> JSONResponse:
 
 def _applied(wait: Wait) -> dict[str, str]:
     return {"Preference-Applied": wait.applied} if wait.applied else {}
-
-
-def _is_asked_for(session_id: str, services: Services) -> None:
-    live = services.sessions.get(session_id)
-    if live is not None:
-        live.machine.asked_for(live.now)
 
 
 def _reply(job: Job) -> JobReply:

@@ -386,3 +386,4 @@ class EditedReply(Model):
     id: int = Field(description="of the edit that was made, taken back or made again")
     last: int = Field(description="of the edit that is the last one now; 0: none is left")
     change: Literal["value", "topology"] = Field(description="value: the same triangles in another shape")
+    notes: list[str] = Field(description="what happened besides, and by how much edges differ that are sewn together")

@@ -59,7 +59,7 @@ class Wanted:
     def made(self, command: ChangePattern, change: Literal["value", "topology"]) -> EditMade:
         """The event that tells that it is done."""
         last = self.history.done[-1].id if self.history.done else 0
-        made = EditMade(command.ticket, command.step, self.id, last, change, garment=command.garment)
+        made = EditMade(command.ticket, command.step, self.id, last, change, garment=command.garment, notes=self.notes)
         if self.edit is None:
             return made
         return replace(made, edit=plain(self.edit), mirror=command.mirror, specification=self.specification)

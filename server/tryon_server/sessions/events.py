@@ -105,6 +105,7 @@ class EditMade:
         mirror: of a new edit, whether it was made on both sides.
         specification: of a new edit, the pattern that it made, plain JSON.
         garment: which one of those that are worn; "" of one without a name.
+        notes: what happened besides, for people.
     """
 
     ticket: int
@@ -116,6 +117,7 @@ class EditMade:
     mirror: bool = False
     specification: Mapping[str, Any] | None = None
     garment: str = ""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -283,7 +283,6 @@ class LiveSessions:
         Raises ProblemError: 404 no such session, 409 it has ended.
         """
         live = await self.living(session_id)
-        live.machine.asked_for(live.now)
         change = OutfitChange(self, live, wish)
         await change.keep()
         return change
@@ -355,13 +354,21 @@ class LiveSessions:
         return self._live.get(session_id)
 
     async def living(self, session_id: str) -> LiveSession:
-        """The session, to be changed. Raises ProblemError: 404 no such session, 409 it has ended."""
+        """The session, to be changed by who then waits for it. Raises ProblemError: 404 no such session, 409 it has
+        ended."""
         await self.record(session_id)
         live = self._live.get(session_id)
         if live is None:
             remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
             raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+        live.machine.asked_for(live.now)
         return live
+
+    def asked_for(self, session_id: str) -> None:
+        """Somebody without a connection asked how it stands: it is waited for, if it lives."""
+        live = self._live.get(session_id)
+        if live is not None:
+            live.machine.asked_for(live.now)
 
     async def buy(self, session_id: str, wanted: BuyAccuracy) -> None:
         """Have a live session's frames solved so from now on.
@@ -371,7 +378,6 @@ class LiveSessions:
         live = await self.living(session_id)
         if wanted.preset is not None:
             _one_of("preset", wanted.preset, self._rules.presets)
-        live.machine.asked_for(live.now)
         live.buy(wanted)
 
     def all(self) -> list[LiveSession]:

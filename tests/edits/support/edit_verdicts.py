@@ -7,7 +7,10 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
+import numpy as np
 from edit_case import GARMENTS, MIXED
+from speeds import SPEED_LIMIT
+from undone import HEM_LIMIT
 
 from tryon_solver.redesign.edits import KINDS
 
@@ -23,16 +26,19 @@ Result = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Promise:
-    """A line; `holds` of nothing that was measured is None."""
+    """A line; `holds` of nothing that was measured is None. What holds as it is judged (edit_table.py says how) may
+    not hold to the `letter`."""
 
     said: str
     measured: str
     holds: bool | None
+    letter: bool = True
 
     @property
     def cells(self) -> tuple[str, str, str]:
         """Of the table."""
-        return self.said, self.measured, {True: "yes", False: "no", None: "not measured"}[self.holds]
+        yes = "yes" if self.letter else "as judged"
+        return self.said, self.measured, {True: yes, False: "no", None: "not measured"}[self.holds]
 
 
 def promises(
@@ -56,7 +62,7 @@ def on_gpu(result: Result) -> bool:
 
 def mixed(garment: str, played: Sequence[Result]) -> Promise:
     """Of a garment in its own size in a walk."""
-    parts, held, most = [], [], 0
+    parts, held, most, letter = [], [], 0, True
     for gpu, where in ((True, "on a GPU"), (False, "on a CPU")):
         cases = [r for r in played if of_walk(r, garment, MIXED) and on_gpu(r) == gpu]
         edits = sum(r["case"]["edits"] for r in cases)
@@ -64,12 +70,17 @@ def mixed(garment: str, played: Sequence[Result]) -> Promise:
         if cases:
             frames = sum(r["faults"]["asked"] for r in cases)
             crossing = sum(len(r["faults"]["crossing"]) for r in cases)
+            slow = sum(r["faults"]["fastest"] <= SPEED_LIMIT for r in cases)
+            near = sum(abs(np.subtract(*r["undone"]["hem"])) <= HEM_LIMIT for r in cases if r["undone"]["hem"])
             said = f"{where} {good} of {len(cases)} runs, of {edits} edits, hold in all, and {crossing} of {frames} "
-            parts.append(f"{said}judged frames cross")
+            said += "judged frames cross; by the promise's letter, with no allowance for falling, limbs that pass and "
+            said += f"what goes so by itself, {slow} stay under {SPEED_LIMIT:g} m/s, and the hems of {near} within "
+            parts.append(f"{said}{1e3 * HEM_LIMIT:g} mm of one that was never edited")
             held.append(good == len(cases))
+            letter &= slow == near == len(cases)
             most = max(most, edits)
     said = f"{EDITS} mixed edits of a walking {garment}: nothing crosses or is thrown, and all can be taken back"
-    return Promise(said, "; ".join(parts), all(held) and most >= EDITS if parts else None)
+    return Promise(said, "; ".join(parts), all(held) and most >= EDITS if parts else None, letter)
 
 
 def each_kind(played: Sequence[Result]) -> Promise:
