@@ -5,14 +5,17 @@ value coordinates", Comput. Aided Geom. Design 20, 2003), and its displacement s
 are positive in every triangulation, so that no displacement leaves the range of the outline's, and they reproduce
 linear functions, so that an affine map of the outline is one of the whole piece. On a convex outline no triangle turns
 over (Floater, "One-to-one piecewise linear mappings over triangulations", Math. Comp. 72, 2003); on others one may:
-whoever moves a cage looks at the triangles.
+whoever moves a cage looks at the triangles. Inner vertices may be told to stay, as those that a pocket is sewn to do:
+the others then go between them and the outline.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
@@ -21,37 +24,41 @@ from tryon_solver.geometry.constrained import Faces, Points
 
 @dataclass(frozen=True)
 class Cage:
-    """A piece at rest, its `outline_count` (B) first vertices the outline, and the equations of its I inner vertices.
+    """A piece at rest, its `outline_count` (B) first vertices the outline, and the equations of the `free` (I,) ones of
+    its inner vertices, which follow the outline.
 
-    `points` (B + I, 2) m; `outline_weights` (I, B) fraction, by which inner vertices follow the outline's directly;
-    `inner` the factor of the identity minus the weights among inner vertices, None where there are none.
+    `points` (V, 2) m; `outline_weights` (I, B) fraction, by which they follow directly; `inner` the factor of the
+    identity minus the weights among them, None where there are none.
     """
 
     points: Points
     outline_count: int
+    free: NDArray[np.int64]
     outline_weights: csr_array
     inner: SuperLU | None
 
     def moved(self, outline: Points) -> Points:
-        """The piece's points (B + I, 2) m when its outline is at (B, 2) m; at rest exactly as they were."""
+        """The piece's points (V, 2) m when its outline is at (B, 2) m; at rest exactly as they were."""
         points = np.vstack([outline, self.points[self.outline_count :]])
         by = outline - self.points[: self.outline_count]
         if self.inner is not None and np.any(by):
-            points[self.outline_count :] += self.inner.solve(self.outline_weights @ by)
+            points[self.free] += self.inner.solve(self.outline_weights @ by)
         return points
 
 
-def build_cage(points: Points, faces: Faces, outline_count: int) -> Cage:
-    """The cage of a piece at rest: points (V, 2) m, the outline first, faces (F, 3) counter-clockwise, none flat."""
-    weights = mean_value_weights(points, faces)[outline_count:]
+def build_cage(points: Points, faces: Faces, outline_count: int, still: Sequence[int] | NDArray[np.int32] = ()) -> Cage:
+    """The cage of a piece at rest: points (V, 2) m, the outline first, faces (F, 3) counter-clockwise, none flat, and
+    which of the inner vertices stay where they are."""
+    free = np.setdiff1d(np.arange(outline_count, len(points)), still)
+    weights = mean_value_weights(points, faces)[free]
     weights = csr_array(weights / weights.sum(axis=1)[:, None])
-    outline, inner = weights[:, :outline_count], weights[:, outline_count:]
-    if len(points) == outline_count:
-        return Cage(points, outline_count, outline, None)
+    outline, inner = weights[:, :outline_count], weights[:, free]
+    if not len(free):
+        return Cage(points, outline_count, free, outline, None)
     # Each row's diagonal is no less than the rest of it together: elimination needs no pivots, and so keeps its order.
     matrix = (eye_array(inner.shape[0]) - inner).tocsc()
     factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return Cage(points, outline_count, outline, factor)
+    return Cage(points, outline_count, free, outline, factor)
 
 
 def mean_value_weights(points: Points, faces: Faces) -> csr_array:

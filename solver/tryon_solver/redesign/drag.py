@@ -67,9 +67,10 @@ class Drag:
         """The mesh of the pattern after a value edit, with the vertices, faces and stitches of the start.
 
         The outline's vertices lie on the new edges, at the shares of their lengths at which they lay on the old ones;
-        the inside follows as `Cage` says. Other are only `uv` and `placed`, the flat pieces where the new pattern puts
-        them: a worn garment's positions are none of a mesh's, and lengths and areas at rest are read off `uv`. Remesh
-        where another structure was drawn, or where a triangle would be one that the solver refuses.
+        the inside follows as `Cage` says, but for what another piece lies on, which stays. Other are only `uv` and
+        `placed`, the flat pieces where the new pattern puts them: a worn garment's positions are none of a mesh's, and
+        lengths and areas at rest are read off `uv`. Remesh where another structure was drawn, or where a triangle
+        would be one that the solver refuses.
         """
         why = difference(self.pattern, pattern)
         if why is not None:
@@ -81,7 +82,16 @@ class Drag:
             uv.append(piece.moved(panel))
             placed.append(piece_frame(panel, uv[-1]))
         mesh = replace(self.mesh, uv=np.vstack(uv), placed=np.vstack(placed))
-        return _fault(mesh, pattern, self.xi) or mesh
+        return self._torn_off(mesh) or _fault(mesh, pattern, self.xi) or mesh
+
+    def _torn_off(self, mesh: PanelMesh) -> Remesh | None:
+        """A piece that lies on another whose fabric goes elsewhere beneath it, as it may at an edge; None without."""
+        laid = mesh.laid
+        way = np.abs(mesh.uv[laid.onto] - self.mesh.uv[laid.onto]).max(axis=(1, 2), initial=0.0)
+        if not np.any(way > SAME_PLACE):
+            return None
+        name = mesh.panel_names[mesh.panel_of_vertex[laid.vertices[int(np.argmax(way))]]]
+        return Remesh(f"what {name!r} is sewn on goes elsewhere beneath it", name)
 
     def mesh_in(self, shape: Shape) -> PanelMesh:
         """The mesh in a shape that an edit of it has."""
@@ -113,7 +123,8 @@ def drag_in_parts(mesh: PanelMesh, pattern: Pattern, xi: float) -> Iterator[Drag
         outline = joined_outline(edges, panel.clockwise)
         if np.abs(outline - points[: len(outline)]).max() > SAME_PLACE:
             raise ValueError(f"the mesh of {panel.name!r} is not of this pattern, or not in its own size")
-        pieces.append(_Piece(panel, edges, build_cage(points, faces, len(outline))))
+        beneath = mesh.laid.onto[(mesh.laid.onto >= first) & (mesh.laid.onto < last)] - first
+        pieces.append(_Piece(panel, edges, build_cage(points, faces, len(outline), beneath)))
         yield None
     yield Drag(mesh, pattern, xi, tuple(pieces))
 

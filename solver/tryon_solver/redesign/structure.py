@@ -37,12 +37,12 @@ def difference(before: Pattern, after: Pattern) -> Remesh | None:
 
 
 def _laid(pattern: Pattern, name: str) -> object:
-    """How a piece lies on another; None of one that does not. The shapes of both are a part of that: by them its
-    stitches find their places on the mesh beneath."""
+    """How a piece lies on another; None of one that does not. Its own shape is a part of that, by which its stitches
+    find their places on the mesh beneath; what the shape beneath does to these a drag sees."""
     for patch in pattern.patches:
         if pattern.panels[patch.panel].name == name:
             host = pattern.panels[patch.host]
-            return host.name, patch.at, patch.turn, patch.open, _shape(pattern.panels[patch.panel]), _shape(host)
+            return host.name, patch.at, patch.turn, patch.open, _shape(pattern.panels[patch.panel])
     return None
 
 

@@ -83,6 +83,24 @@ def test_the_outline_goes_exactly_where_it_is_put_and_no_vertex_further_than_it(
     assert np.ptp(inside) > 1e-3
 
 
+@NAMED
+def test_inner_vertices_that_are_to_stay_do_and_the_others_go_between(name):
+    points, faces, count = PIECES[name]
+    middle = count + np.argsort(np.linalg.norm(points[count:] - points[:count].mean(axis=0), axis=1))[:3]
+    still = [0, *middle]  # of the outline nothing stays by being told to
+    cage = build_cage(points, faces, count, still)
+    moved = cage.moved(points[:count] + [0.02, 0.0])
+    np.testing.assert_array_equal(moved[middle], points[middle])
+    np.testing.assert_array_equal(moved[:count], points[:count] + [0.02, 0.0])
+    others = np.setdiff1d(np.arange(count, len(points)), middle)
+    way = moved[others] - points[others]
+    assert ((way[:, 0] > 0) & (way[:, 0] < 0.02)).all()
+    assert np.abs(way[:, 1]).max() < 1e-15
+    weights = mean_value_weights(points, faces)[others]
+    means = weights @ (moved - points) / weights.sum(axis=1)[:, None]
+    np.testing.assert_allclose(means, way, atol=1e-15)
+
+
 def test_a_square_drawn_onto_any_convex_outline_keeps_all_its_triangles_upright():
     points, faces, count = PIECES["square"]
     square = np.array(CORNERS["square"])

@@ -50,15 +50,14 @@ def an_edit(draw, spec, kind=None):
 
 def connectivity(spec):
     """All that a value edit keeps: the fabric, pieces, how many vertices each has, its edges' ends, the seams; and of
-    what lies on a piece the shapes of both, by which its stitches find their places."""
+    what lies on a piece its place and its own shape, by which its stitches find theirs."""
     panels = spec["pattern"]["panels"]
     ends = {name: [edge["endpoints"] for edge in panel["edges"]] for name, panel in panels.items()}
     counts = {name: len(panel["vertices"]) for name, panel in panels.items()}
     pattern = parse_pattern(spec)
     laid = [
-        (str(patch), *([panels[pattern.panels[k].name][what] for what in ("vertices", "edges")] for k in both))
+        (str(patch), *(panels[pattern.panels[patch.panel].name][what] for what in ("vertices", "edges")))
         for patch in pattern.patches
-        for both in [(patch.panel, patch.host)]
     ]
     return spec["properties"].get("fabric"), counts, ends, seams(spec), laid
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from pattern_measures import area
 
+from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.both_sides import apply_to_both
+from tryon_solver.redesign.drag import begin_drag
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import (
     Cut,
@@ -19,6 +21,7 @@ from tryon_solver.redesign.edits import (
     ScaleGarment,
     ScalePiece,
 )
+from tryon_solver.redesign.remesh import Remesh
 
 POCKET = Pocket("front", (0.08, 0.4), 0.1, 0.12)
 
@@ -122,11 +125,40 @@ def test_a_larger_garment_has_a_larger_pocket_in_the_same_place_of_it(pocketed):
     assert "translation" not in made["pattern"]["panels"]["pocket"]
 
 
-@pytest.mark.parametrize("edit", [Lengthen("front", 0, 0.03), MoveVertex("pocket", 0, (0.01, 0.0))])
-def test_what_changes_either_of_the_two_sews_it_on_anew(tshirt, pocketed, edit):
-    assert apply(pocketed, edit).change == "topology"
+def test_what_changes_a_pocket_sews_it_on_anew_and_what_changes_the_piece_beneath_does_not(pocketed):
+    assert apply(pocketed, MoveVertex("pocket", 0, (0.01, 0.0))).change == "topology"
+    assert apply(pocketed, Lengthen("front", 0, 0.03)).change == "value"
     assert apply(pocketed, Lengthen("left_sleeve_back", 1, 0.02)).change == "value"
-    assert edit.panel == "pocket" or apply(tshirt, edit).change == "value"
+
+
+def test_fabric_that_a_pocket_is_sewn_on_stays_in_a_drag_and_the_rest_of_the_piece_goes(pocketed):
+    """So each stitch of it holds the same place of the fabric."""
+    pattern = parse_pattern(pocketed)
+    mesh = mesh_pattern(pattern, 0.02)
+    drag = begin_drag(mesh, pattern, 2e-4)
+    longer = drag.moved(parse_pattern(apply(pocketed, Lengthen("front", 0, 0.1)).specification))
+    pocket, front = (mesh.vertices_of(mesh.panel_names.index(name)) for name in ("pocket", "front"))
+    beneath = np.unique(mesh.laid.onto)
+    assert len(beneath) > 20
+    np.testing.assert_array_equal(longer.uv[beneath], mesh.uv[beneath])
+    np.testing.assert_array_equal(longer.uv[pocket], mesh.uv[pocket])
+    way = np.linalg.norm(longer.uv[front] - mesh.uv[front], axis=1)
+    assert way.max() > 0.09
+    assert np.median(way) > 1e-3
+    corners = longer.uv[longer.faces]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    assert (u[:, 0] * v[:, 1] > u[:, 1] * v[:, 0]).all()
+
+
+def test_where_an_edge_takes_the_fabric_beneath_a_pocket_along_it_is_sewn_on_anew(tshirt):
+    """Coarse triangles under a pocket that lies close to the hem reach as far as that."""
+    spec = apply(tshirt, Pocket("front", (0.0, 0.09), 0.1, 0.12)).specification
+    pattern = parse_pattern(spec)
+    mesh = mesh_pattern(pattern, 0.06)
+    longer = apply(spec, Lengthen("front", 0, 0.05)).specification
+    refused = begin_drag(mesh, pattern, 2e-4).moved(parse_pattern(longer))
+    assert isinstance(refused, Remesh)
+    assert "'pocket'" in refused.message
 
 
 def test_both_sides_have_one_and_one_in_the_middle_is_its_own_image(tshirt):
