@@ -74,7 +74,8 @@ async def make_edit(session_id: str, request: Request, services: ServicesDep, wa
 @router.post("/{session_id}/edits/undo", response_model=EditedReply, responses=ACCEPTED)
 async def undo_edit(session_id: str, services: ServicesDep, wait: WaitDep, garment: str = "") -> Response:
     """Take the last edit back, of the garment of this name or the edited one. One that is not worn yet is cancelled:
-    whoever waits for it is answered, too, and it can be made again."""
+    whoever waits for it is answered, too, and it can be made again. Where what is left can't be worn, the edit that
+    made that is taken back with it, and `notes` say so."""
     return await _change(session_id, services, wait, ChangePattern("undo", garment=garment))
 
 

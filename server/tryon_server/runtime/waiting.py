@@ -69,8 +69,9 @@ class WaitingChanges:
 
     def refuse_first(self, error: EditError, history: History, now: float) -> None:
         """What the first of them makes of the pattern, which has this history, can't be worn; those behind it are made
-        of the pattern without it, or refused where they can't be."""
-        self._refuse_from(0, error, history)
+        of the pattern without it, or refused where they can't be. An undo is not refused as long as there is something
+        further back: what a newer edit took the place of before it was worn may never have been wearable."""
+        self._refuse_from(0, error, history, further=True)
         self._first_since = now
 
     def refuse(self, ticket: int, error: EditError, history: History, now: float) -> bool:
@@ -83,9 +84,9 @@ class WaitingChanges:
         self._first_since = self._first_since if before else now
         return True
 
-    def _refuse_from(self, place: int, error: EditError, history: History) -> None:
+    def _refuse_from(self, place: int, error: EditError, history: History, further: bool = False) -> None:
         """Refuse the first that is not refused of those from this place on, which the pattern of this history stands
-        before, and make those behind it of the pattern without it."""
+        before, and make those behind it of the pattern without it; or have it, an undo, go `further`."""
         refused: Mapping[str, Any] | None = None
         for change in self._changes[place:]:
             if isinstance(change.outcome, EditRefused):
@@ -93,10 +94,13 @@ class WaitingChanges:
             try:
                 if refused is None:
                     refused = change.outcome.specification
-                    raise error
-                outcome = wanted(history, change.command)
-                if outcome.specification == refused:
-                    raise error
+                    outcome = _further_back(change.command, change.outcome, error) if further else None
+                    if outcome is None:
+                        raise error
+                else:
+                    outcome = wanted(history, change.command)
+                    if outcome.specification == refused:
+                        raise error
                 change.outcome, history = outcome, outcome.history
             except EditError as fault:
                 change.outcome = refusal(change.command, fault)
@@ -135,6 +139,15 @@ class WaitingChanges:
         taken, self._changes = self._changes[:last], self._changes[last:]
         self._first_since = now if taken else self._first_since
         return [*((change.command, change.outcome) for change in taken), *self._take_refused()]
+
+
+def _further_back(command: ChangePattern, outcome: Wanted, error: EditError) -> Wanted | None:
+    """Of an undo that leads to what can't be worn the one that takes back what made that, too; None without."""
+    if command.step != "undo" or not outcome.history.done:
+        return None
+    after, made = outcome.history.undo(), outcome.history.done[-1]
+    note = f"edit {made.id} is taken back with it, for what it made can't be worn: {error.message}"
+    return Wanted(after, after.specification, (*outcome.notes, note), id=outcome.id)
 
 
 def _waits_as(change: _Change, ticket: int) -> bool:
