@@ -36,7 +36,7 @@ GRID = 64
 TOTAL = wp.constant(3)  # of what is found around a place: behind sum_b w_b (M_b x - x) the sum of the weights,
 NEAREST = wp.constant(4)  # and how far the nearest is
 
-Found = wp.types.vector(length=5, dtype=wp.float32)
+Around = wp.types.vector(length=5, dtype=wp.float32)
 
 
 @dataclass
@@ -152,7 +152,7 @@ def blend_kernel(
 
 
 @wp.func
-def displacement_at(found: Found, here: wp.vec4, root: mat34, full: float, none: float) -> wp.vec3:
+def displacement_at(found: Around, here: wp.vec4, root: mat34, full: float, none: float) -> wp.vec3:
     """u(x) of what was found around x, which is `here`."""
     displacement = root * here
     total = found[TOTAL]
@@ -184,7 +184,7 @@ def field_kernel(
     here = wp.vec4(x[i][0], x[i][1], x[i][2], 1.0)
     query = wp.hash_grid_query(grid, place, none)
     b = int(0)
-    found = Found(0.0, 0.0, 0.0, 0.0, none)
+    found = Around(0.0, 0.0, 0.0, 0.0, none)
     while wp.hash_grid_query_next(query, b):
         d = wp.length(surface[b] - place)
         if d < none:
@@ -265,7 +265,7 @@ def found_together(
     sharpness: float,
     lanes: int,
     near_out: wp.array(dtype=wp.int32),
-) -> Found:
+) -> Around:
     """Of what is around a place, in the same order each time, this thread's share of `lanes`, by the 32 threads of a
     GPU that run in step, in blocks of at most 256: they list the skin around all of their places, each testing every
     32nd of it, and then go through the list. A grid of cells was looked through for 120 us a frame, whatever the number

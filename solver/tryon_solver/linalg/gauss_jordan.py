@@ -22,7 +22,7 @@ from tryon_solver.linalg.order_free import STIFF_QUANTA
 wp.set_module_options({"enable_backward": False})
 
 PIVOT = 32  # rows at a time, and of a tile
-THREADS = 256  # of a tile's block: more of them would wait longer for each other, in every one of the pivot's rows
+THREADS = 256  # of a tile's block, each with four numbers of a column
 TILE = wp.constant(THREADS)
 
 

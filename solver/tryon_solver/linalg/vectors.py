@@ -46,72 +46,22 @@ def descent_length(slope: float, curvature: float) -> float:
 
 
 @wp.kernel
-def descent_in_parts_kernel(
-    gradient: wp.array(dtype=wp.vec3),
-    p: wp.array(dtype=wp.vec3),
-    product: wp.array(dtype=wp.vec3),
-    threads: int,
-    parts_out: wp.array(dtype=wp.float32),
-):
-    """parts_out[2 k], parts_out[2 k + 1] = what block k of threads has of <g, p> and of <p, A p>"""
-    thread = wp.tid()
-    slope = float(0.0)
-    curvature = float(0.0)
-    for i in range(thread, p.shape[0], threads):
-        slope += wp.dot(gradient[i], p[i])
-        curvature += wp.dot(p[i], product[i])
-    slope_of_block = wp.tile_sum(wp.tile(slope))[0]
-    curvature_of_block = wp.tile_sum(wp.tile(curvature))[0]
-    if thread % wp.block_dim() == 0:
-        part = 2 * (thread // wp.block_dim())
-        parts_out[part] = slope_of_block
-        parts_out[part + 1] = curvature_of_block
-
-
-@wp.kernel
-def descent_of_parts_kernel(
-    parts: wp.array(dtype=wp.float32), count: int, threads: int, length_out: wp.array(dtype=wp.float32)
-):
-    """One block: the descent's length of the first `count` pairs of parts, in a fixed order"""
-    slope = float(0.0)
-    curvature = float(0.0)
-    for k in range(wp.tid(), count, threads):
-        slope += parts[2 * k]
-        curvature += parts[2 * k + 1]
-    whole_slope = wp.tile_sum(wp.tile(slope))[0]
-    whole_curvature = wp.tile_sum(wp.tile(curvature))[0]
-    if wp.tid() == 0:
-        length_out[0] = descent_length(whole_slope, whole_curvature)
-
-
-@wp.kernel
-def descent_alone_kernel(
-    gradient: wp.array(dtype=wp.vec3),
-    p: wp.array(dtype=wp.vec3),
-    product: wp.array(dtype=wp.vec3),
-    length_out: wp.array(dtype=wp.float32),
-):
-    """The same by one thread"""
-    slope = wp.float64(0.0)
-    curvature = wp.float64(0.0)
-    for i in range(p.shape[0]):
-        slope += wp.float64(wp.dot(gradient[i], p[i]))
-        curvature += wp.float64(wp.dot(p[i], product[i]))
-    length_out[0] = descent_length(wp.float32(slope), wp.float32(curvature))
-
-
-@wp.kernel
 def descend_kernel(
-    length: wp.array(dtype=wp.float32),
+    slope: wp.array(dtype=wp.float32),
+    curvature: wp.array(dtype=wp.float32),
     p: wp.array(dtype=wp.vec3),
     product: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     gradient: wp.array(dtype=wp.vec3),
+    length_out: wp.array(dtype=wp.float32),
 ):
     """x += a p, g += a A p"""
     i = wp.tid()
-    x[i] = x[i] + length[0] * p[i]
-    gradient[i] = gradient[i] + length[0] * product[i]
+    length = descent_length(slope[0], curvature[0])
+    x[i] = x[i] + length * p[i]
+    gradient[i] = gradient[i] + length * product[i]
+    if i == 0:
+        length_out[0] = length
 
 
 @wp.kernel
@@ -276,21 +226,18 @@ def dots(sums: Sequence[tuple[wp.array, wp.array, wp.array]], parts: wp.array) -
 
 
 def descend(
-    p: wp.array, product: wp.array, x: wp.array, gradient: wp.array, length_out: wp.array, parts: wp.array
+    p: wp.array,
+    product: wp.array,
+    x: wp.array,
+    gradient: wp.array,
+    scalars: Sequence[wp.array],
+    parts: wp.array,
 ) -> None:
     """To the minimum along p (N,) of the quadratic with the `gradient` g (N,) at x and with the `product` A p (N,):
-    x += a p, g += a A p, and length_out[0] = a; `parts` as of `dot`. Three launches on a GPU, where each takes as long
-    as a dot product."""
-    device = p.device
-    if wp.get_device(device).is_cuda:
-        threads = min(whole_blocks(len(p)), PARTS // 2 * BLOCK)
-        given, made = [gradient, p, product, threads], [parts]
-        launch(descent_in_parts_kernel, threads, given, made, block_dim=BLOCK, device=device)
-        summed = [parts, threads // BLOCK, BLOCK]
-        launch(descent_of_parts_kernel, BLOCK, summed, [length_out], block_dim=BLOCK, device=device)
-    else:
-        launch(descent_alone_kernel, 1, [gradient, p, product], [length_out], device=device)
-    launch(descend_kernel, len(p), [length_out, p, product], [x, gradient], device=device)
+    x += a p and g += a A p. The `scalars` are three, (1,) each, for <g, p>, <p, A p> and a; `parts` is as of `dot`."""
+    slope, curvature, length = scalars
+    dots([(gradient, p, slope), (p, product, curvature)], parts)
+    launch(descend_kernel, len(p), [slope, curvature, p, product], [x, gradient, length], device=p.device)
 
 
 def find_largest(vectors: wp.array, largest_out: wp.array) -> None:

@@ -21,12 +21,12 @@ def forget_search_history(sim: Simulation) -> None:
 def descend_in_subspace(sim: Simulation) -> None:
     """`reduced_iterations` L-BFGS iterations; x and the model's gradient follow each."""
     work, n = sim.work, sim.cloth_count
-    length = work.scalars[0]
+    scalars = work.scalars[:3]
     gradient = work.gradient[:n]
     direction, product = work.direction[:n], work.product[:n]
     for _ in range(sim.settings.reduced_iterations):
         reduced = search_direction(sim.search, gradient)
         multiply(sim.search.prolong, reduced, direction)
         system_product(sim, work.direction, product)
-        descend(direction, product, sim.state.x, gradient, length, work.parts)
-        remember(sim.search, length, product)
+        descend(direction, product, sim.state.x, gradient, scalars, work.parts)
+        remember(sim.search, scalars[2], product)

@@ -72,7 +72,7 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
         sim.flight.look_about(sim)
     as_one(sim, "be_brought_along" if sim.comes_along else "go_along", lambda: go_along(sim))
     body.carry.sort_surface(settings.carry_none)
-    before, end = motion @ before, moving.transforms(stance)  # while a GPU sorts
+    before, end = motion @ before, moving.transforms(stance)  # while a GPU takes all along
     take_motion(sim, before, end, stance)
     sight = None
     if goes_on(sim, before, end):

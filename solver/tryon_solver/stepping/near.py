@@ -147,8 +147,8 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
         way = work.total[:n]  # which is free until the move
         subtract(state.x[:n], state.x_feasible[:n], way)
         slope = work.scalars[2]
-        whole = work.gradient, work.direction, slope
-        dots([(direction, direction, squared), (way, way, way_squared), whole], work.parts)
+        along = work.gradient, work.direction, slope
+        dots([(direction, direction, squared), (way, way, way_squared), along], work.parts)
         enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.mass_told]
         launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
     if by_preset and settings.deadline is not None:

@@ -99,4 +99,4 @@ def smooth_in_full_space(sim: Simulation) -> None:
         rho = next_rho
     system_product(sim, work.direction, product)
     launch(total_product_kernel, n, [gradient, residual, product], [product], device=sim.device)
-    descend(total, product, sim.state.x, gradient, work.scalars[0], work.parts)
+    descend(total, product, sim.state.x, gradient, work.scalars[:3], work.parts)

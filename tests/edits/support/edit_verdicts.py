@@ -126,7 +126,7 @@ def new_factor(rebuilt: Result | None) -> Promise:
     """The inverse of the reduced matrix at the preset's basis."""
     rows = [r for r in (rebuilt or {"rows": []})["rows"] if r["vertices"] >= ALIKE * FULL]
     times = [r["value"]["reduced matrix"] + r["value"]["inverse"] for r in rows]
-    measured = f"{1e3 * max(times):.0f} ms" if times else ""
+    measured = f"{1e3 * max(times):.0f} ms once the shape stands, with nothing beside it" if times else ""
     said = f"the new factor is there within {1e3 * INVERSE:g} ms, {FULL:,} vertices on a GPU"
     return Promise(said, measured, max(times) <= INVERSE if times else None)
 
