@@ -86,6 +86,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--device", default="cpu", help="cpu, cuda:0, ...")
     add("--seed", type=int, default=1)
     add("--deterministic", action="store_true", help="runs repeat bit for bit on a GPU, too")
+    add("--minutes", type=float, default=0.0, metavar="M", help="after which no edit is begun any more (all are made)")
     add("--rebuild", nargs="*", type=int, metavar="N", help="only time rebuilds of meshes with so many vertices")
     add(
         "--drag",
@@ -112,7 +113,8 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
 def cases(options: argparse.Namespace) -> list[EditCase]:
     """What was asked for."""
     o = options
-    more = {name: getattr(o, name) for name in ("vertices", "fabric", "preset", "device", "seed", "deterministic")}
+    same = ("vertices", "fabric", "preset", "device", "seed", "deterministic", "minutes")
+    more = {name: getattr(o, name) for name in same}
     if o.garments is None:
         return whole_proof(o.edits, o.each, **more)
     return [

@@ -177,6 +177,31 @@ def test_the_seams_that_are_closed_are_some_that_were_opened():
     assert not made["close_seam refused"]
 
 
+def test_mixed_edits_close_what_one_before_opened():
+    """Seeded: of 400 changes a few open a seam, and what nothing has been sewn to since is closed again."""
+    specification = json.loads(EditCase().pattern.read_text())
+    steps, closed = EditSteps(specification, "mixed", deepest=12, seed=1), seams_of(specification)
+    again = 0
+    for _ in range(400):
+        command, before = steps.next(), seams_of(steps.history.specification)
+        try:
+            asked = wanted(steps.history, command)
+        except EditError:
+            continue
+        if command.edit is not None and command.edit["kind"] == "close_seam":
+            again += len(seams_of(asked.specification) - before & closed) == 1
+        steps.history = asked.history
+    assert again > 3
+
+
+def test_no_edit_is_begun_when_time_is_up(tmp_path):
+    run = EditRun(EditCase(minutes=1.0), tmp_path, print)
+    assert not run.time_is_up()
+    run.begun -= 61.0
+    assert run.time_is_up()
+    assert not EditRun(EditCase(), tmp_path, print).time_is_up()
+
+
 def seams_of(specification):
     """The pairs of edges that are sewn together, by piece and number."""
     stitches = specification["pattern"]["stitches"]
@@ -290,6 +315,28 @@ def test_a_limb_that_swings_past_cloth_makes_it_fast_only_where_it_may_touch_it(
     assert (faults.limb_passes == 0) is fast
 
 
+def test_a_switch_is_told_by_how_far_cloth_jumps_at_its_place_of_the_pattern(watched):
+    """Another mesh of two pieces, one moved by 3 cm in a frame and one that was not there before."""
+    watch, _ = watched
+
+    def shown(number, piece_names, way, t):
+        """The sheets as meshes of that number of one triangle each, their corners in another order."""
+        uv = SHEETS[:, [0, 2]].reshape(2, 3, 2)[:, ::number].astype(np.float32)
+        faces = np.arange(6).reshape(2, 3)[:, ::number].astype(np.uint32)
+        of = replace(topology(), topology_id=abs(number) + (number < 0), faces=faces, uv=uv)
+        of = replace(of, panel_of_face=np.arange(2, dtype=np.uint16), panel_names=piece_names)
+        return Shown(replace(frame_at(SHEETS + way, t), topology_id=of.topology_id), of, 0.0)
+
+    watch.see(shown(1, ("front", "back"), [0.0, 0.0, 0.0], 1.0))
+    watch.changed("a dart", carried=True)
+    watch.see(shown(-1, ("front", "patch"), np.repeat([[0.03, 0, 0], [0.3, 0, 0]], 3, axis=0), 1.1))
+    assert watch.faults.fastest_at_switch == pytest.approx(0.3)
+    watch.changed("dressed anew")
+    watch.see(shown(1, ("front", "back"), [0.5, 0.0, 0.0], 1.2))
+    assert watch.faults.fastest_at_switch == pytest.approx(0.3)
+    assert watch.faults.too_fast == []
+
+
 def test_cloth_that_is_thrown_is_fast_however_the_limbs_swing(seen):
     """1.6 m/s where nothing of the body is near, past a limb that goes half as fast the other way."""
     for k in range(1, 6):
@@ -385,6 +432,7 @@ def played(
     if anew is not None:
         seconds["anew"] = {"count": 2, "p50": anew, "p99": anew}
     made = {"faults": {"asked": 40, "crossing": [], "fastest": fastest}, "undone": {"hem": hem}}
+    made["made"] = {"ease (value)": edits, "undo (value)": 7}
     return {"case": case, "vertices": vertices, "broken": list(broken), "seconds": seconds, **made}
 
 

@@ -71,7 +71,7 @@ def any_edit(chance: Chance, spec: Mapping[str, Any], kind: type[edits.Edit] | N
         case edits.CloseSeam:
             other = chance.one_of(sorted(panels))
             to_edge = chance.whole(0, len(panels[other]["edges"]))
-            free = _unsewn(spec)
+            free = unsewn(spec)
             if free and chance.whole(0, 3):  # as a rule what is drawn so far is sewn to something else
                 (panel, edge), (other, to_edge) = chance.one_of(free), chance.one_of(free)
             return edits.CloseSeam(panel, edge, other, to_edge, _flag(chance), _flag(chance))
@@ -96,7 +96,7 @@ def any_edit(chance: Chance, spec: Mapping[str, Any], kind: type[edits.Edit] | N
     raise ValueError(f"nobody knows how to draw a {made.kind}")
 
 
-def _unsewn(spec: Mapping[str, Any]) -> list[tuple[str, int]]:
+def unsewn(spec: Mapping[str, Any]) -> list[tuple[str, int]]:
     """The edges of all pieces, by piece and number, that no stitch joins."""
     pattern = spec["pattern"]
     sewn = {(side["panel"], side["edge"]) for stitch in pattern["stitches"] for side in stitch[:2]}

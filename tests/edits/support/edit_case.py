@@ -27,6 +27,7 @@ class EditCase:
         deepest: so many edits are made before any is taken back for certain.
         continued: frames that it goes on for after all is taken back.
         deterministic: asked of the solver, so that what is put on twice on a GPU moves to the same bits.
+        minutes: after which no edit is begun any more, and what was made is taken back; 0: all are made.
     """
 
     garment: str = "tshirt"
@@ -43,6 +44,7 @@ class EditCase:
     deepest: int = 12
     continued: int = 120
     deterministic: bool = False
+    minutes: float = 0.0
 
     @property
     def name(self) -> str:

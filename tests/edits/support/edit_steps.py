@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from any_edit import Seeded, any_edit
+from any_edit import Seeded, any_edit, unsewn
 
 from tryon_server.sessions.commands import ChangePattern
 from tryon_server.sessions.events import EditMade
@@ -16,6 +16,7 @@ from tryon_solver.redesign.plain import parse_edit, plain
 
 MIRRORED = 0.3  # of the edits are made on both sides
 AGAIN = 0.15  # of what could be made again is
+CLOSED = 0.2  # of edits while a seam is open close it
 
 
 class EditSteps:
@@ -23,8 +24,9 @@ class EditSteps:
 
     def __init__(self, specification: Mapping[str, Any], kind: str, deepest: int, seed: int) -> None:
         """`kind`: a name of KINDS, each edit of which is taken back before the next, or any other word for all. Of a
-        garment that is sewn nothing can be closed and worn but what was opened: of CloseSeam each edit closes the seam
-        that one before it opens, and both are taken back."""
+        garment that is sewn little can be closed and worn but what was opened: of all kinds one now and then closes the
+        seam that was opened last, and of CloseSeam alone each closes one that an edit before it opens, and both are
+        taken back."""
         self.history = History(specification)
         self.kinds = [KINDS[kind]] if kind in KINDS else list(KINDS.values())
         self.closes = kind == CloseSeam.kind
@@ -40,22 +42,24 @@ class EditSteps:
             return ChangePattern("redo", self.ticket)
         if depth and self.chance.real(0, self.deepest) < depth:
             return ChangePattern("undo", self.ticket)
-        if self.closes and depth:
-            return ChangePattern("edit", self.ticket, plain(self._closing()))
+        closing = self._closing() if CloseSeam in self.kinds else None
+        if closing is not None and (self.closes or self.chance.real(0, 1) < CLOSED):
+            return ChangePattern("edit", self.ticket, plain(closing))
         kind = OpenSeam if self.closes else self.chance.one_of(self.kinds)
         edit = any_edit(self.chance, self.history.specification, kind)
         return ChangePattern("edit", self.ticket, plain(edit), mirror=self.chance.real(0, 1) < MIRRORED)
 
-    def _closing(self) -> CloseSeam:
-        """The seam closed that was opened last."""
-        opened = self.history.done[-1].edit
-        assert isinstance(opened, OpenSeam)
-        stitches = self.history.undo().specification["pattern"]["stitches"]
-        for first, second, *flags in stitches:
-            ends = [(side["panel"], side["edge"]) for side in (first, second)]
-            if (opened.panel, opened.edge) in ends:
-                return CloseSeam(*ends[0], *ends[1], right_wrong="right_wrong" in flags)
-        raise EditError("what was opened was no seam", "edit", "Open one")
+    def _closing(self) -> CloseSeam | None:
+        """The seam closed that was opened last, of those that nothing has been sewn to since; None: there is none."""
+        free = set(unsewn(self.history.specification))
+        for entry, before in zip(reversed(self.history.done), reversed(self.history.before)):
+            if not isinstance(entry.edit, OpenSeam):
+                continue
+            for first, second, *flags in before["pattern"]["stitches"]:
+                ends = [(side["panel"], side["edge"]) for side in (first, second)]
+                if (entry.edit.panel, entry.edit.edge) in ends and free.issuperset(ends):
+                    return CloseSeam(*ends[0], *ends[1], right_wrong="right_wrong" in flags)
+        return None
 
     def undo(self) -> ChangePattern:
         """Take the last edit back."""

@@ -65,7 +65,7 @@ def mixed(garment: str, played: Sequence[Result]) -> Promise:
     parts, held, most, letter = [], [], 0, True
     for gpu, where in ((True, "on a GPU"), (False, "on a CPU")):
         cases = [r for r in played if of_walk(r, garment, MIXED) and on_gpu(r) == gpu]
-        edits = sum(r["case"]["edits"] for r in cases)
+        edits = sum(edits_made(r) for r in cases)
         good = sum(not r["broken"] for r in cases)
         if cases:
             frames = sum(r["faults"]["asked"] for r in cases)
@@ -83,9 +83,14 @@ def mixed(garment: str, played: Sequence[Result]) -> Promise:
     return Promise(said, "; ".join(parts), all(held) and most >= EDITS if parts else None, letter)
 
 
+def edits_made(result: Result) -> int:
+    """Without those taken back and made again; fewer than its case has where its time was up."""
+    return sum(count for what, count in result["made"].items() if not what.startswith(("undo", "redo")))
+
+
 def each_kind(played: Sequence[Result]) -> Promise:
     """Of the T-shirt."""
-    runs = {kind: [r for r in played if of_walk(r, "tshirt", kind) and r["case"]["edits"] >= EACH] for kind in KINDS}
+    runs = {kind: [r for r in played if of_walk(r, "tshirt", kind) and edits_made(r) >= EACH] for kind in KINDS}
     there = {kind: of for kind, of in runs.items() if of}
     good = sum(not any(r["broken"] for r in of) for of in there.values())
     gone = [kind for kind in runs if kind not in there]

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from at_switch import speed_at_switch
 from edited_session import Shown
 from frame_judge import FrameJudge
 from speeds import AROUND, FREE, SPEED_LIMIT, Falling, speed_of_hanging, speed_on_body
 
-from tryon_protocol import DecodedFrame
+from tryon_protocol import DecodedFrame, Topology
 
 ASKED_AFTER = 5  # frames after a change of which IPC Toolkit is asked about every one
 EVERY = 10  # of the others, one in so many
@@ -32,6 +33,7 @@ class Faults:
     fastest: float = 0.0  # m/s, of a vertex on the body after an edit and its ramp
     fastest_of_itself: float = 0.0  # m/s: the same, what hangs free against the trunk, and but for what it has fallen
     fastest_on_ramp: float = 0.0  # m/s
+    fastest_at_switch: float = 0.0  # m/s: from the last frame of a mesh to the first of one it is carried over to
     fastest_unedited: float = 0.0  # m/s, before the first edit, what hangs free against the trunk: the motion's doing
 
     def plain(self) -> dict[str, Any]:
@@ -50,6 +52,7 @@ class Faults:
             "fastest": self.fastest,
             "fastest_of_itself": self.fastest_of_itself,
             "fastest_on_ramp": self.fastest_on_ramp,
+            "fastest_at_switch": self.fastest_at_switch,
             "fastest_unedited": self.fastest_unedited,
         }
 
@@ -61,14 +64,17 @@ class FrameWatch:
         self.faults = Faults()
         self._judge: FrameJudge | None = None
         self._last: DecodedFrame | None = None
+        self._topology: Topology | None = None  # of the last frame
+        self._carried = False  # the last change carried the cloth over to another mesh
         self._after = ""  # what was done last
         self._frames_since = 0
         self._seconds_since = 0.0
         self._falling = Falling()  # since the change
         self._suspects: list[tuple[float, str]] = []  # m/s of frames over the limit, and what is said of them
 
-    def changed(self, what: str) -> None:
-        """The frames that follow come after this."""
+    def changed(self, what: str, carried: bool = False) -> None:
+        """The frames that follow come after this, which `carried` the cloth over to another mesh or left it in its."""
+        self._carried = carried
         self._after, self._frames_since, self._seconds_since = what, 0, 0.0
         self._falling = Falling()
 
@@ -110,7 +116,17 @@ class FrameWatch:
         self._falling.see(frame)
         if not fresh and self._last is not None and frame.t_sim > self._last.t_sim:
             self._take_speed(self._last, frame, said)
-        self._last = frame
+        if fresh and self._carried and self._last is not None:
+            self._take_switch(self._last, shown)
+        self._last, self._topology = frame, topology
+
+    def _take_switch(self, before: DecodedFrame, shown: Shown) -> None:
+        """What is seen to jump though no mesh has both frames; told, not judged: it is part of the ramp."""
+        dt = shown.frame.t_sim - before.t_sim
+        if dt > 0 and self._topology is not None:
+            speeds = speed_at_switch(before, self._topology, shown.frame, shown.topology, dt)
+            faults = self.faults
+            faults.fastest_at_switch = max(faults.fastest_at_switch, float(np.nanmax(speeds, initial=0.0)))
 
     def _take_speed(self, before: DecodedFrame, after: DecodedFrame, said: str) -> None:
         dt = after.t_sim - before.t_sim

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
@@ -45,7 +46,7 @@ class EditRun:
     """One case as it is played."""
 
     def __init__(self, case: EditCase, wardrobe: Path, tell: Tell) -> None:
-        self.case, self.tell = case, tell
+        self.case, self.tell, self.begun = case, tell, time.monotonic()
         mesh = mesh_with_vertices(load_pattern(case.pattern), case.vertices, case.size)
         self.order = DrapeOrder(
             case.pattern,
@@ -113,7 +114,7 @@ class EditRun:
         else:
             self.set_out(session, (yield from self.look(session, UNEDITED))[-1])
         self.tell("edited")
-        while self.edits_made() < case.edits:
+        while self.edits_made() < case.edits and not self.time_is_up():
             if sum(self.asked.values()) > ASKED_MOST * case.edits:
                 self.broken.append(f"of {sum(self.asked.values())} changes only {self.edits_made()} edits were made")
                 break
@@ -125,6 +126,10 @@ class EditRun:
             worn = self.worn_frames.at(self.watch.faults.frames)
             yield from self.undone.compare(session, steps.history, self.see, worn)
             self.clear_up()
+
+    def time_is_up(self) -> bool:
+        """Is no edit begun any more?"""
+        return 0.0 < 60.0 * self.case.minutes < time.monotonic() - self.begun
 
     def edits_made(self) -> int:
         """Edits, without those taken back and made again."""
@@ -141,10 +146,10 @@ class EditRun:
         before = steps.history.specification
         if not self.take(steps, command, answer.event, answer.put_on):
             return False
-        self.watch.changed(described(command))
+        how = answer.put_on or ("carried" if changed_mesh(answer.event) else "value")
+        self.watch.changed(described(command), carried=how == "carried")
         self.without = self.going
         shown = yield from session.frame()
-        how = answer.put_on or ("carried" if changed_mesh(answer.event) else "value")
         if how in NEW_MESH:
             self.worn_frames.replaced(how, before, steps.history.specification, self.watch.faults.frames)
         self.seconds[how].append(shown.came - answer.asked)
