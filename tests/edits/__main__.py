@@ -137,14 +137,16 @@ def one(case: EditCase, out: Path) -> int:
     ipctk.set_num_threads(1)
     PRESETS[case.preset] = replace(PRESETS[case.preset], deterministic=case.deterministic)
     begun = time.monotonic()
-    run = EditRun(case, out / "wardrobe", lambda text: print(f"{time.monotonic() - begun:.0f} s: {text}", flush=True))
-    result = run.run()
-    result["about"] = {
-        "commit": commit_of(ROOT),
-        "machine": machine_of(case.device),
-        "minutes": round((time.monotonic() - begun) / 60, 1),
-    }
-    (out / f"{case.name}.json").write_text(json.dumps(result, indent=1))
+
+    def tell(text: str) -> None:
+        print(f"{time.monotonic() - begun:.0f} s: {text}", flush=True)
+
+    def keep(result: dict[str, Any]) -> None:
+        minutes = round((time.monotonic() - begun) / 60, 1)
+        about = {"commit": commit_of(ROOT), "machine": machine_of(case.device), "minutes": minutes}
+        (out / f"{case.name}.json").write_text(json.dumps({**result, "about": about}, indent=1))
+
+    keep(EditRun(case, out / "wardrobe", tell, keep).run())
     return 0
 
 

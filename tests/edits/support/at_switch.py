@@ -13,9 +13,9 @@ from tryon_protocol import Topology
 THERE = 0.01  # m in the pattern: farther from all corners of the piece that was, no cloth was there
 
 
-def speed_at_switch(before: Seen, was: Topology, after: Seen, now: Topology, dt: float) -> np.ndarray:
-    """(N,) m/s of vertices of the new mesh against the point of the body that was nearest, from where the cloth was
-    that the old mesh had at their pattern coordinates; NaN where it had none, as of a piece that is new."""
+def jump_at_switch(before: Seen, was: Topology, after: Seen, now: Topology) -> np.ndarray:
+    """(N,) m from where the old mesh's cloth was at the pattern coordinates of the new one's vertices, taken along with
+    the point of the body that was nearest, to where they are; NaN where it had none, as of a piece that is new."""
     from_there = np.full((now.cloth_vertex_count, 3), np.nan)
     for name in now.panel_names:
         if name in was.panel_names:
@@ -27,7 +27,7 @@ def speed_at_switch(before: Seen, was: Topology, after: Seen, now: Topology, dt:
     if len(found):
         _, nearest = cKDTree(before.body).query(from_there[found])
         way, of_body = after.cloth[found] - from_there[found], (after.body - before.body)[nearest]
-        result[found] = np.linalg.norm(way - of_body, axis=1) / dt
+        result[found] = np.linalg.norm(way - of_body, axis=1)
     return result
 
 

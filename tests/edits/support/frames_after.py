@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from at_switch import speed_at_switch
+from at_switch import jump_at_switch
 from edited_session import Shown
 from frame_judge import FrameJudge
 from speeds import AROUND, FREE, SPEED_LIMIT, Falling, speed_of_hanging, speed_on_body
@@ -33,7 +33,7 @@ class Faults:
     fastest: float = 0.0  # m/s, of a vertex on the body after an edit and its ramp
     fastest_of_itself: float = 0.0  # m/s: the same, what hangs free against the trunk, and but for what it has fallen
     fastest_on_ramp: float = 0.0  # m/s
-    fastest_at_switch: float = 0.0  # m/s: from the last frame of a mesh to the first of one it is carried over to
+    farthest_at_switch: float = 0.0  # m: from the last frame of a mesh to the first of one it is carried over to
     fastest_unedited: float = 0.0  # m/s, before the first edit, what hangs free against the trunk: the motion's doing
 
     def plain(self) -> dict[str, Any]:
@@ -52,7 +52,7 @@ class Faults:
             "fastest": self.fastest,
             "fastest_of_itself": self.fastest_of_itself,
             "fastest_on_ramp": self.fastest_on_ramp,
-            "fastest_at_switch": self.fastest_at_switch,
+            "farthest_at_switch": self.farthest_at_switch,
             "fastest_unedited": self.fastest_unedited,
         }
 
@@ -121,12 +121,11 @@ class FrameWatch:
         self._last, self._topology = frame, topology
 
     def _take_switch(self, before: DecodedFrame, shown: Shown) -> None:
-        """What is seen to jump though no mesh has both frames; told, not judged: it is part of the ramp."""
-        dt = shown.frame.t_sim - before.t_sim
-        if dt > 0 and self._topology is not None:
-            speeds = speed_at_switch(before, self._topology, shown.frame, shown.topology, dt)
-            faults = self.faults
-            faults.fastest_at_switch = max(faults.fastest_at_switch, float(np.nanmax(speeds, initial=0.0)))
+        """How far cloth goes though no mesh has both frames, and the body stands still; told, not judged: it is part of
+        the ramp."""
+        assert self._topology is not None
+        jump = jump_at_switch(before, self._topology, shown.frame, shown.topology)
+        self.faults.farthest_at_switch = max(self.faults.farthest_at_switch, float(np.nanmax(jump, initial=0.0)))
 
     def _take_speed(self, before: DecodedFrame, after: DecodedFrame, said: str) -> None:
         dt = after.t_sim - before.t_sim

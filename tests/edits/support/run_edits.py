@@ -40,13 +40,19 @@ NEW_MESH = ("carried", "anew", "as before")  # ways in which a change is made in
 HOWS = ("value", *NEW_MESH)
 
 Tell = Callable[[str], None]
+Keep = Callable[[dict[str, Any]], None]
+
+
+def kept_by_nobody(_figures: dict[str, Any]) -> None:
+    """Figures that only who ran it wants."""
 
 
 class EditRun:
     """One case as it is played."""
 
-    def __init__(self, case: EditCase, wardrobe: Path, tell: Tell) -> None:
-        self.case, self.tell, self.begun = case, tell, time.monotonic()
+    def __init__(self, case: EditCase, wardrobe: Path, tell: Tell, keep: Keep = kept_by_nobody) -> None:
+        """`keep` is given the figures when all is taken back; what is compared then takes minutes."""
+        self.case, self.tell, self.keep, self.begun = case, tell, keep, time.monotonic()
         mesh = mesh_with_vertices(load_pattern(case.pattern), case.vertices, case.size)
         self.order = DrapeOrder(
             case.pattern,
@@ -80,11 +86,14 @@ class EditRun:
         session = EditedSession(self.order, self.case.motion, self.script)
         session.run()
         self.broken += [f"the session was in trouble: {trouble}" for trouble in session.troubles]
-        self.broken += self.undone.broken
-        self.broken += [said for said in [grown(self.memory)] if said]
+        return self.figures(*self.undone.broken)
+
+    def figures(self, *broken_undone: str) -> dict[str, Any]:
+        """What was counted so far, ready for JSON, and what of it is a fault."""
         faults = self.watch.faults
+        broken = [*self.broken, *broken_undone, *(said for said in [grown(self.memory)] if said)]
         for found, what in ((faults.crossing, "crosses"), (faults.not_numbers, "is no number"), (faults.too_fast, "")):
-            self.broken += [f"{what} in {each}".strip() for each in found]
+            broken += [f"{what} in {each}".strip() for each in found]
         return {
             "case": self.case.plain(),
             "edge_length": self.order.edge_length,
@@ -99,7 +108,7 @@ class EditRun:
             "seconds": {how: spread(taken) for how, taken in self.seconds.items()},
             "memory": self.memory,
             "undone": self.undone.plain(),
-            "broken": self.broken,
+            "broken": broken,
         }
 
     def script(self, session: EditedSession) -> Script:
@@ -123,6 +132,7 @@ class EditRun:
             pass
         if not steps.history.done:
             self.tell("all taken back")
+            self.keep(self.figures("it was ended before it was compared with one that was never edited"))
             worn = self.worn_frames.at(self.watch.faults.frames)
             yield from self.undone.compare(session, steps.history, self.see, worn)
             self.clear_up()
