@@ -16,7 +16,7 @@ import json
 import math
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ sys.path[:0] = [str(ROOT / folder) for folder in ("solver/bench", "solver", "tes
 
 from bench_table import markdown, row  # noqa: E402
 from figures import of_all  # noqa: E402
-from peer_case import OTHERS, PRESETS, PeerCase  # noqa: E402
+from peer_case import OTHERS, PEER_SCENES, PRESETS, PeerCase  # noqa: E402
 from peer_table import row as peer_row  # noqa: E402
 from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
@@ -46,21 +46,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.one:
         return one(options)
     run: dict[str, Any] = {"about": about(options), "results": [], "peers": [], "roofline": []}
-    parts = [("results", worn_cases)]
+    parts: list[tuple[str, Callable[[argparse.Namespace], Iterator[dict[str, Any]]]]] = [("results", worn_cases)]
     parts += [("peers", peer_cases)] if options.peers is not None else []
     parts += [("roofline", roofline_cases)] if options.roofline else []
     for name, measure in parts:
-        run[name] = measure(options)
-        # written after each, for a later one may be broken off
-        (options.out / "results.json").write_text(json.dumps(run, indent=1) + "\n")
-        (options.out / "table.md").write_text(markdown(run))
+        for result in measure(options):
+            run[name].append(result)
+            keep(run, options.out)  # after each, for a later one may be broken off
+    keep(run, options.out)
     print(options.out / "table.md")
     return int(failing(run))
 
 
-def worn_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
+def keep(run: Mapping[str, Any], out: Path) -> None:
+    """Write what was measured so far."""
+    (out / "results.json").write_text(json.dumps(run, indent=1) + "\n")
+    (out / "table.md").write_text(markdown(run))
+
+
+def worn_cases(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """Every combination that was asked for, measured and told."""
-    results: list[dict[str, Any]] = []
     for garment, motion, vertices, preset, sessions, accuracy, deadline in itertools.product(
         options.garments,
         options.motions,
@@ -72,38 +77,34 @@ def worn_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
     ):
         alike = options.device, options.fps, sessions, options.fabric
         case = Case(garment, motion, vertices, preset, *alike, accuracy_mm=accuracy, deadline_ms=deadline)
-        results.append({"name": case.name, **measured_at_once(case, options)})
-        print(row(results[-1]), flush=True)
-    return results
+        result = {"name": case.name, **measured_at_once(case, options)}
+        print(row(result), flush=True)
+        yield result
 
 
-def peer_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
+def peer_cases(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """The scenes by our presets and by the peers that were asked for, one after the other, measured and told."""
-    from peer_scenes import SCENES
-
-    results: list[dict[str, Any]] = []
     solvers = [*options.presets, *(options.peers or OTHERS)]
-    for scene, vertices, solver in itertools.product(SCENES, options.vertices, solvers):
+    for scene, vertices, solver in itertools.product(options.scenes, options.vertices, solvers):
         case = PeerCase(scene, vertices, solver, options.device, options.seconds)
         missing = case.missing()
         command = ["--task", "peer", "--one", json.dumps(asdict(case)), "--every", str(options.every)]
         found = {"failure": missing} if missing else alone(case.name, command, options)
-        results.append({"name": case.name, **case.plain(), **found})
-        print(peer_row(results[-1]), flush=True)
-    return results
+        result = {"name": case.name, **case.plain(), **found}
+        print(peer_row(result), flush=True)
+        yield result
 
 
-def roofline_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
+def roofline_cases(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """The dearest kernels of each garment, motion, size and preset that was asked for."""
-    results: list[dict[str, Any]] = []
     for garment, motion, vertices, preset in itertools.product(
         options.garments, options.motions, options.vertices, options.presets
     ):
         case = Case(garment, motion, vertices, preset, options.device, options.fps, fabric=options.fabric)
         found = alone(f"{case.name}-roofline", ["--task", "roofline", "--one", json.dumps(case.plain())], options)
-        results.append({"name": case.name, **found})
-        print("\n".join(roofs_told(results[-1:])), flush=True)
-    return results
+        result = {"name": case.name, **found}
+        print("\n".join(roofs_told([result])), flush=True)
+        yield result
 
 
 def alone(name: str, words: Sequence[str], options: argparse.Namespace) -> dict[str, Any]:
@@ -197,6 +198,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--every", type=int, default=10, metavar="K", help="IPC Toolkit is asked about each K-th frame, 0: none (10)")
     others = "two scenes by our presets and by these others (all)"
     add("--peers", nargs="*", choices=OTHERS, metavar="SOLVER", help=f"{others}: {', '.join(OTHERS)}")
+    add("--scenes", nargs="+", default=PEER_SCENES, choices=PEER_SCENES, help="of those (both)")
     add("--roofline", action="store_true", help="the dearest kernels against what the device can do at most, too")
     add("--out", type=Path, default=ROOT / "build" / "bench")
     add("--document", type=Path, metavar="FILE", help="measure nothing; write what --of holds, with plots")

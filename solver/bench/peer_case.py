@@ -6,13 +6,14 @@ import importlib.util
 from dataclasses import dataclass
 from typing import Any
 
+PEER_SCENES = ("sphere-drop", "limb-tube")
 PRESETS = ("draft", "live", "fit")
 NEWTON = ("vbd", "style3d", "xpbd")
 OTHERS = (*NEWTON, "uipc")
 TITLES = {"vbd": "Newton's VBD", "style3d": "Newton's Style3D", "xpbd": "Newton's XPBD", "uipc": "libuipc"}
 NEEDS = {
     "newton": "Newton is not installed: pip install '.[peers]'",
-    "uipc": "libuipc is not installed: pip install pyuipc (wheels for an NVIDIA GPU; github.com/spiriMirror/libuipc)",
+    "uipc": "libuipc is not installed: pip install '.[peers-gpu]' (pyuipc, wheels for an NVIDIA GPU)",
 }
 
 

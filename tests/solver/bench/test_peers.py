@@ -18,7 +18,7 @@ import peers  # noqa: E402
 from document import document  # noqa: E402
 from frame_judge import FrameJudge  # noqa: E402
 from made_up import ABOUT  # noqa: E402
-from peer_case import PeerCase  # noqa: E402
+from peer_case import PEER_SCENES, PeerCase  # noqa: E402
 from peer_scenes import BALL, FPS, LIMB, SCENES  # noqa: E402
 from peer_table import row  # noqa: E402
 
@@ -107,7 +107,7 @@ def test_what_is_missing_is_said_with_how_to_get_it(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
     said = {solver: PeerCase("limb-tube", 100, solver, "cuda:0", 3.0).missing() for solver in peer_case.OTHERS}
     assert {s for s in said if "pip install '.[peers]'" in said[s]} == {"vbd", "style3d", "xpbd"}
-    assert "pip install pyuipc" in said["uipc"]
+    assert "peers-gpu" in said["uipc"]
     assert PeerCase("limb-tube", 100, "live", "cpu", 3.0).missing() == ""
 
 
@@ -115,6 +115,10 @@ def test_libuipc_is_not_asked_on_a_processor(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda _name: object())
     assert "--device cuda:0" in PeerCase("limb-tube", 100, "uipc", "cpu", 3.0).missing()
     assert PeerCase("limb-tube", 100, "uipc", "cuda:0", 3.0).missing() == ""
+
+
+def test_the_scenes_that_can_be_asked_for_are_those_there_are():
+    assert tuple(SCENES) == PEER_SCENES
 
 
 def test_one_run_has_ours_and_a_line_for_each_other(tmp_path):
@@ -158,7 +162,7 @@ def test_newton_holds_what_is_held_and_lets_the_rest_fall(solver):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_libuipc_takes_the_scenes(name):
-    pytest.importorskip("uipc", reason="libuipc is not installed: pip install pyuipc")
+    pytest.importorskip("uipc", reason="libuipc is not installed: pip install -e '.[peers-gpu]'")
     from peer_uipc import ByUipc
 
     scene = SCENES[name](100, 3.0)
