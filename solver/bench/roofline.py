@@ -21,7 +21,7 @@ from tryon_solver.contact import pooled
 from tryon_solver.contact.broad_phase import NOTHING_KNOWN
 from tryon_solver.contact.found import PAIRS
 from tryon_solver.contact.pairs import add_diagonal
-from tryon_solver.contact.triangle_pairs import pair_triangles_kernel
+from tryon_solver.contact.triangle_pairs import walk as walk_tree
 from tryon_solver.linalg import pcg, pcg_together
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.lanes import lanes_of, shares_of
@@ -140,12 +140,10 @@ def search(sim: Simulation, surface: Any, found: Any, name: str) -> Kernel:
     """Of the cloth with one surface, into room of its own."""
     own, other = anew(sim.cloth), anew(surface)
     triangles, counts = wp.zeros_like(found.triangles), wp.zeros_like(found.counts)
-    same = int(surface is sim.cloth)
 
     def walk() -> None:
         counts.zero_()
-        inputs = [sim.cloth.order, own, other, surface.bvh.id, surface.gained, same, 1]  # anew
-        wp.launch(pair_triangles_kernel, sim.cloth.face_count, inputs, [triangles, counts], device=sim.device)
+        walk_tree(sim.cloth, surface, own, other, True, triangles, counts)
 
     walk()
     answers = int(counts.numpy()[int(PAIRS)])

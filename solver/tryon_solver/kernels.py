@@ -9,8 +9,10 @@ from importlib import import_module
 
 import warp as wp
 
+from tryon_solver.contact import packets
 from tryon_solver.linalg import as_one, ell, gauss_jordan, one_block, pcg_together, turning, vectors
 from tryon_solver.linalg.blocks import BLOCK
+from tryon_solver.linalg.warps import WARP
 from tryon_solver.stepping import gradient
 from tryon_solver.subspace import search
 
@@ -23,6 +25,7 @@ IN_BLOCKS = (
     (search.BLOCK, (search,)),
     (search.ALONE, (search,)),
     (ell.WIDE_BLOCK, (ell,)),
+    (WARP, (packets,)),
 )
 """Threads a block where they are not Warp's own number, each of which is compiled for itself, and who launches so."""
 

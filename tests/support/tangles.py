@@ -18,12 +18,12 @@ ipctk.set_logger_level(ipctk.LoggerLevel.error)
 class Tangle:
     """A simulation of two sheets above a ball, with an oracle's mesh of the same triangles."""
 
-    def __init__(self, columns: int = 9, size: float = 0.2, apart: float = 0.006) -> None:
+    def __init__(self, columns: int = 9, size: float = 0.2, apart: float = 0.006, device: str = "cpu") -> None:
         garment, x = layers(2, columns, columns, size, apart)
         ball, self.ball_faces = icosphere(0.06, 2)
         ball = ball - np.array([0, 0.06 + apart, 0])
         scene = Scene(garment, x, rigid_body(ball, self.ball_faces), fabric(), (BodyContact(), SelfContact()))
-        self.sim: Simulation = build(scene, None, "cpu", STILL)
+        self.sim: Simulation = build(scene, None, device, STILL)
         self.x = np.vstack([x, ball]).astype(np.float32).astype(np.float64)
         self.cloth = garment.vertex_count
 

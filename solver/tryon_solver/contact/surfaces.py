@@ -39,15 +39,14 @@ class Surface:
     """Triangles of one kind with their bounding boxes and tree.
 
     `faces` (F,) vec3i ids in the shared index space; `owned` (F,) int32: bit k set when the triangle owns its vertex k,
-    bit 3+k when it owns the edge from vertex k to vertex k+1; `order` (F,) int32, the triangles as threads take them: a
-    GPU's that run in step had better be near each other. `lower`, `upper` (F,) vec3 m boxes. `budget` (F,)
+    bit 3+k when it owns the edge from vertex k to vertex k+1. `lower`, `upper` (F,) vec3 m boxes. `budget` (F,)
     float32 m as in `Region`; `known` (F,) float32 m, the budget that the candidate list already covers;
-    `gained` (1,) int32 is 1 when some budget is above its `known`. Cloth feels it from `reach` m on.
+    `gained` (1,) int32 is 1 when some budget is above its `known`. Cloth feels it from `reach` m on. `packets` (P, 32)
+    int32 as in packets.py, of cloth on a GPU.
     """
 
     faces: wp.array
     owned: wp.array
-    order: wp.array
     lower: wp.array
     upper: wp.array
     budget: wp.array
@@ -56,6 +55,7 @@ class Surface:
     face_count: int
     reach: float
     bvh: wp.Bvh | None = None
+    packets: wp.array | None = None
 
     @staticmethod
     def build(faces: np.ndarray, owned: np.ndarray, reach: float, device: str) -> Surface:
@@ -64,7 +64,6 @@ class Surface:
         return Surface(
             wp.array(faces.astype(np.int32), dtype=wp.vec3i, device=device),
             wp.array(owned, dtype=wp.int32, device=device),
-            wp.array(np.arange(count), dtype=wp.int32, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
             wp.zeros(count, dtype=wp.float32, device=device),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import warp as wp
 
 from tryon_solver.contact.found import CLOSE, PAIRS, Found
+from tryon_solver.contact.packets import pair_packets
 from tryon_solver.contact.region import Region
 from tryon_solver.contact.surfaces import Side, Surface
 from tryon_solver.linalg.blocks import MOST_THREADS
@@ -129,7 +130,6 @@ def overlapped(
 
 @wp.kernel
 def pair_triangles_kernel(
-    order: wp.array(dtype=wp.int32),
     own: Side,
     other: Side,
     other_bvh: wp.uint64,
@@ -139,14 +139,12 @@ def pair_triangles_kernel(
     triangles_out: wp.array(dtype=wp.vec2i),
     counts: wp.array(dtype=wp.int32),
 ):
-    """Pairs of triangle order[tid] and every triangle of the other surface whose box overlaps its own, if one of the
+    """Pairs of triangle tid and every triangle of the other surface whose box overlaps its own, if one of the
     two has a larger budget than the list of candidates covers already, as all have if it is made `anew`.
 
-    `same` is 1 when both surfaces are the cloth: then each unordered pair is met once. Threads that run in step are
-    near each other, go through the same branches of the tree, and find much at once, for which they take slots
-    together.
+    `same` is 1 when both surfaces are the cloth: then each unordered pair is met once.
     """
-    t = order[wp.tid()]
+    t = wp.tid()
     gained = anew == 1 or own.budget[t] > own.known[t]
     if not gained and (same == 1 or other_gained[0] == 0):
         return
@@ -258,16 +256,9 @@ def pair_triangles(
 ) -> None:
     """Fill `found` with pairs of triangles, and the close ones among them, as far as there is room; none are counted
     before. `anew`: nothing is on the list of candidates."""
-    assert other.bvh is not None
     device, same = found.counts.device, int(other is cloth)
     own, others = cloth.side, other.side
-    launch(
-        pair_triangles_kernel,
-        cloth.face_count,
-        [cloth.order, own, others, other.bvh.id, other.gained, same, int(anew)],
-        [found.triangles, found.counts],
-        device=device,
-    )
+    walk(cloth, other, own, others, anew, found.triangles, found.counts)
     threads = threads_over(len(found.triangles), device)
     launch(
         keep_close_kernel,
@@ -276,6 +267,20 @@ def pair_triangles(
         [found.close, found.between, found.counts],
         device=device,
     )
+
+
+def walk(
+    cloth: Surface, other: Surface, own: Side, others: Side, anew: bool, triangles: wp.array, counts: wp.array
+) -> None:
+    """Fill `triangles` with the pairs whose boxes overlap, by the tree of the `other` surface; `own` and `others` are
+    what is known of the two."""
+    assert other.bvh is not None
+    given = [own, others, other.bvh.id, other.gained, int(other is cloth), int(anew)]
+    device, packets = counts.device, cloth.packets
+    if packets is None:
+        launch(pair_triangles_kernel, cloth.face_count, given, [triangles, counts], device=device)
+    else:
+        pair_packets(packets, given, triangles, counts)
 
 
 def threads_over(room: int, device: wp.Device) -> int:

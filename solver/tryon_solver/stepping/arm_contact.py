@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.contact import candidates, coasting, deflect, filtering, hold, nearest, pairs, region, surfaces
-from tryon_solver.geometry.morton import order_along_curve
+from tryon_solver.contact.packets import packets_of
 from tryon_solver.offsets import contact_sizes
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ def arm_contact(sim: Simulation) -> None:
     owned = garment.connectivity.owned
     sim.cloth = surfaces.Surface.build(garment.faces, owned, sizes.xi_self + settings.d_hat, device)
     if wp.get_device(device).is_cuda:
-        sim.cloth.order.assign(order_along_curve(scene.x_start[garment.faces].mean(axis=1)))
+        packets = packets_of(garment.uv_corners.mean(axis=1), garment.panel_of_face)
+        sim.cloth.packets = wp.array(packets, dtype=wp.int32, device=device)
     known = {"cloth": sim.cloth}
     all_faces = garment.faces
     body_edge = 0.0

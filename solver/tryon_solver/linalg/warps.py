@@ -1,0 +1,69 @@
+"""What the 32 threads of a GPU that run in step tell each other out of their registers; all of them have to be there.
+
+Elsewhere a thread is alone, and what is said of all is said of it.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+WARP = 32  # threads that run in step
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __shfl_sync(0xffffffffu, value, lane);
+#else
+    return value;
+#endif
+""")
+def value_of_lane(value: float, lane: int) -> float:  # type: ignore[empty-body]
+    """The value that the thread `lane` of the 32 has."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __shfl_sync(0xffffffffu, value, lane);
+#else
+    return value;
+#endif
+""")
+def number_of_lane(value: int, lane: int) -> int:  # type: ignore[empty-body]
+    """The same of whole numbers."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    for (int apart = 16; apart > 0; apart >>= 1)
+        value = fminf(value, __shfl_xor_sync(0xffffffffu, value, apart));
+#endif
+    return value;
+""")
+def least_of_warp(value: float) -> float:  # type: ignore[empty-body]
+    """The least of the 32 threads' values."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const int lane = threadIdx.x & 31;
+    int upto = wanted;
+    for (int apart = 1; apart < 32; apart <<= 1) {
+        const int before = __shfl_up_sync(0xffffffffu, upto, apart);
+        if (lane >= apart)
+            upto += before;
+    }
+    int first = 0;
+    if (lane == 31 && upto > 0)
+        first = atomicAdd(counts.data + place, upto);
+    first = __shfl_sync(0xffffffffu, first, 31);
+    return first + upto - wanted;
+#else
+    const int first = counts.data[place];
+    counts.data[place] += wanted;
+    return first;
+#endif
+""")
+def free_slots(counts: wp.array(dtype=wp.int32), place: int, wanted: int) -> int:  # type: ignore[empty-body, valid-type]
+    """The first of so many free slots of the list whose length is counts[place], which grows by what all 32 want."""
