@@ -9,25 +9,27 @@ from importlib import import_module
 
 import warp as wp
 
-from tryon_solver.contact import packets
-from tryon_solver.linalg import as_one, ell, gauss_jordan, one_block, pcg_together, turning, vectors
 from tryon_solver.linalg.blocks import BLOCK
+from tryon_solver.linalg.ell import WIDE_BLOCK
+from tryon_solver.linalg.gauss_jordan import THREADS
+from tryon_solver.linalg.one_block import ONE_BLOCK
 from tryon_solver.linalg.warps import WARP
-from tryon_solver.stepping import gradient
-from tryon_solver.subspace import search
+from tryon_solver.subspace.search import ALONE
+from tryon_solver.subspace.search import BLOCK as SEARCH_BLOCK
 
 PACKAGE = "tryon_solver"
 WARPS_OWN = 256  # threads a block; told, since untold it is what a module was called with before
 IN_BLOCKS = (
-    (BLOCK, (as_one, pcg_together, turning, vectors, gradient)),
-    (one_block.ONE_BLOCK, (one_block,)),
-    (gauss_jordan.THREADS, (gauss_jordan,)),
-    (search.BLOCK, (search,)),
-    (search.ALONE, (search,)),
-    (ell.WIDE_BLOCK, (ell,)),
-    (WARP, (packets,)),
+    (BLOCK, ("linalg.as_one", "linalg.pcg_together", "linalg.turning", "linalg.vectors", "stepping.gradient")),
+    (ONE_BLOCK, ("linalg.one_block",)),
+    (THREADS, ("linalg.gauss_jordan",)),
+    (SEARCH_BLOCK, ("subspace.search",)),
+    (ALONE, ("subspace.search",)),
+    (WIDE_BLOCK, ("linalg.ell",)),
+    (WARP, ("contact.packets",)),
 )
-"""Threads a block where they are not Warp's own number, each of which is compiled for itself, and who launches so."""
+"""Threads a block where they are not Warp's own number, each compiled for itself, and who launches so, if he is
+imported."""
 
 
 def compile_kernels(device: str) -> None:
@@ -41,8 +43,8 @@ def compile_kernels(device: str) -> None:
     workers = os.cpu_count() or 1
     wp.load_module(PACKAGE, device, True, WARPS_OWN, workers)  # of all below it
     for threads, modules in IN_BLOCKS:
-        loaded = [wp.get_module(module.__name__) for module in modules]
-        wp.force_load(device, loaded, threads, workers)
+        names = [name for module in modules if (name := f"{PACKAGE}.{module}") in sys.modules]
+        wp.force_load(device, [wp.get_module(name) for name in names], threads, workers)
 
 
 def compile_effects(modules: Sequence[str], device: str) -> None:

@@ -22,7 +22,7 @@ def test_every_module_that_launches_by_blocks_of_its_own_is_listed():
         for path in PACKAGE.rglob("*.py")
         if re.search(r"\bblock_dim=(?!block_dim\b)|\blaunch_one_block\(", path.read_text())
     }
-    assert asking == {module.__name__ for _, modules in IN_BLOCKS for module in modules}
+    assert asking == {f"tryon_solver.{module}" for _, modules in IN_BLOCKS for module in modules}
 
 
 def test_a_cpu_compiles_what_it_calls():

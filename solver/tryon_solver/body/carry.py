@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.lanes import LANES, least_of_lanes, shares_of, sum_of_lanes
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.rigid_motion import displaced, mat34
@@ -97,7 +98,7 @@ class Carry:
         """From now on the field is weighted by the distances between cloth and surface at x (A,) m; `sort_surface` is
         to follow."""
         wp.copy(self.places, x)
-        self.near.zero_()
+        clear(self.near)
 
     def sort_surface(self, none: float) -> None:
         """Have the surface's places looked up, up to `none` m around a vertex."""

@@ -13,8 +13,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 FOR_STEPS = (
-    *("bounds", "broad_phase", "candidates", "coasting", "crossings", "deflect"),
-    *("distances", "filtering", "found", "hold", "nearest", "pairs", "pooled", "region", "surfaces", "verify"),
+    *("bounds", "broad_phase", "candidates", "coasting", "crossings", "deflect", "distances", "filtering"),
+    *("found", "hold", "nearest", "packets", "pairs", "pooled", "region", "surfaces", "verify"),
 )
 
 

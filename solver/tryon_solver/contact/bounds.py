@@ -19,6 +19,7 @@ from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.filtering import HITS, NUMBER, Passes
 from tryon_solver.contact.region import Region
+from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
@@ -154,7 +155,7 @@ def count_leaving(
     x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, count_out: wp.array
 ) -> None:
     """Count (int32) the vertices that x + alpha * displacement takes further than their budget from their anchors."""
-    count_out.zero_()
+    clear(count_out)
     launch(
         leaving_kernel,
         len(x),
@@ -183,7 +184,7 @@ def outside_kernel(
 def outside(x: wp.array, displacement: wp.array, region: Region, counter: wp.array) -> int:
     """How many vertices are further than their budget from their anchors somewhere on the way from x (A,) m along
     `displacement`, for the host, which waits for it. `counter` (1,) int32 is scratch."""
-    counter.zero_()
+    clear(counter)
     inputs = [x, displacement, region.anchor, region.budget]
     launch(outside_kernel, len(x), inputs, [counter], device=x.device)
     return int(read(counter)[0][0])

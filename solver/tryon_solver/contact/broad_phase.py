@@ -19,6 +19,7 @@ from tryon_solver.contact.region import Region
 from tryon_solver.contact.surfaces import Side, Surface
 from tryon_solver.contact.taking_over import take_over
 from tryon_solver.contact.triangle_pairs import pair_triangles, threads_over
+from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.slots import next_slot
 
@@ -222,7 +223,7 @@ class Scope:
 
     def search(self, found: Found, k: int, anew: bool) -> None:
         """Fill `found` with what the cloth and the k-th other surface have new, as far as there is room."""
-        found.counts.zero_()
+        clear(found.counts)
         pair_triangles(found, self.cloth, self.others[k], self.region, self.group, anew)
         take_apart(found, self.cloth, self.others[k], self.region, self.group, self.x)
 
@@ -258,7 +259,7 @@ def begin(candidates: Candidates, scope: Scope, anew: bool) -> None:
 
     def search_all() -> None:
         if anew:
-            candidates.count.zero_()
+            clear(candidates.count)
             for surface in scope.surfaces:
                 surface.budget.fill_(NOTHING_KNOWN)
         scope.refit()

@@ -13,6 +13,7 @@ import warp as wp
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.found import Found, room_for
 from tryon_solver.linalg.blocks import MOST_THREADS
+from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
@@ -323,7 +324,7 @@ def list_near(
     distances become what is left then; those of the near ones, which a list that is not settled measures, must have
     been measured at x by one for what the move was before.
     """
-    candidates.near_count.zero_()
+    clear(candidates.near_count)
     threads = candidates.threads
     launch(
         list_near_kernel,
@@ -354,7 +355,7 @@ def list_closing_kernel(
 
 def list_closing(candidates: Candidates, displacement: wp.array, xi: float) -> None:
     """List as near the stencils that `displacement` (A,) m, taken as it is, could use up 1/MOST_USED of the gap of."""
-    candidates.near_count.zero_()
+    clear(candidates.near_count)
     launch(
         list_closing_kernel,
         candidates.size,

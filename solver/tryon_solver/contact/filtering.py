@@ -64,6 +64,8 @@ class Passes:
             one()
             launch(next_kernel, 1, [at_most], [self.state], device=device)
 
+        if at_most > 0:
+            turn()  # there is no need to ask for the first
         wp.capture_while(self.more, turn)
 
     @staticmethod

@@ -20,6 +20,7 @@ from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gra
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset, same_garment
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 from tryon_solver.contact.nearest import Fans, share_of_stencil
+from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import OrderFreeSums, add, add_matrix
 from tryon_solver.linalg.read_back import read
@@ -338,7 +339,7 @@ def look_for(
 ) -> None:
     """The same, but that `pairs` is not grown and does not know its size: its counters have to be read for that."""
     count, entries = candidates.entries(near)
-    pairs.counters.zero_()
+    clear(pairs.counters)
     pairs.smallest_gap.fill_(parameters.sizes.d_hat)
     launch(
         collect_kernel,

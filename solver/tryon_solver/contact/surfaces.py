@@ -14,6 +14,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.geometry.connectivity import Connectivity
+from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
@@ -96,7 +97,7 @@ class Surface:
         before becomes `known`.
         """
         device = self.faces.device
-        self.gained.zero_()
+        clear(self.gained)
         launch(
             face_boxes_kernel,
             self.face_count,

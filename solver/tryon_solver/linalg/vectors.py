@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
+from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
@@ -242,14 +243,14 @@ def descend(
 
 def find_largest(vectors: wp.array, largest_out: wp.array) -> None:
     """largest_out[0] = max_i |vectors_i|, on the device."""
-    largest_out.zero_()
+    clear(largest_out)
     threads = whole_blocks(len(vectors))
     launch(largest_kernel, threads, [vectors, threads], [largest_out], block_dim=BLOCK, device=vectors.device)
 
 
 def find_largest_number(values: wp.array, largest_out: wp.array) -> None:
     """largest_out[0] = max_i values_i, or 0, on the device."""
-    largest_out.zero_()
+    clear(largest_out)
     threads = whole_blocks(len(values))
     launch(largest_number_kernel, threads, [values, threads], [largest_out], block_dim=BLOCK, device=values.device)
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact import candidates, coasting, deflect, filtering, hold, nearest, pairs, region, surfaces
-from tryon_solver.contact.packets import packets_of
+from tryon_solver.contact import candidates, coasting, deflect, filtering, hold, nearest, packets, pairs, region, surfaces
 from tryon_solver.offsets import contact_sizes
 
 if TYPE_CHECKING:
@@ -29,8 +28,8 @@ def arm_contact(sim: Simulation) -> None:
     owned = garment.connectivity.owned
     sim.cloth = surfaces.Surface.build(garment.faces, owned, sizes.xi_self + settings.d_hat, device)
     if wp.get_device(device).is_cuda:
-        packets = packets_of(garment.uv_corners.mean(axis=1), garment.panel_of_face)
-        sim.cloth.packets = wp.array(packets, dtype=wp.int32, device=device)
+        of_triangles = packets.packets_of(garment.uv_corners.mean(axis=1), garment.panel_of_face)
+        sim.cloth.packets = wp.array(of_triangles, dtype=wp.int32, device=device)
     known = {"cloth": sim.cloth}
     all_faces = garment.faces
     body_edge = 0.0

@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.geometry import rigid
+from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.carry_once import carry_once, looks_ahead, set_out_and_go
 from tryon_solver.stepping.leap import feel_motion, join_motion
@@ -192,7 +193,7 @@ def measure_travel(sim: Simulation) -> None:
     """Put into `largest_out` how far skin near the cloth is moved relative to the root, at most [m]."""
     body = sim.body
     assert body is not None
-    sim.largest_out.zero_()
+    clear(sim.largest_out)
     body.carry.find_travel(body.skin_now, body.skin_next, sim.largest_out)
 
 

@@ -53,5 +53,7 @@ def repeat_until(sim: Simulation, at_most: int, cycle: tuple[Callable[[Simulatio
         judged = [sim.largest_out, sim.settings.tolerance, sim.state.dt]
         launch(judge_kernel, 1, judged, [cycles], device=sim.device)
 
-    for _ in range(at_most):
+    if at_most > 0:
+        run()  # there is no need to ask for the first
+    for _ in range(1, at_most):
         wp.capture_if(cycles[int(MORE) : int(MORE) + 1], run)
