@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact import candidates, coasting, deflect, filtering, hold, nearest, packets, pairs, region, surfaces
+from tryon_solver.contact import (
+    candidates,
+    coasting,
+    deflect,
+    filtering,
+    hold,
+    nearest,
+    packets,
+    pairs,
+    region,
+    surfaces,
+)
 from tryon_solver.offsets import contact_sizes
 
 if TYPE_CHECKING:
