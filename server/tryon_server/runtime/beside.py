@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import queue
@@ -207,13 +208,19 @@ def serve(descriptor: int) -> None:
     tasks: queue.SimpleQueue[handed_over.Packed] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(connection, tasks), name="tasks", daemon=True).start()
     import_module("tryon_server.runtime.cutting")  # what most tasks need takes a second to load
+    give_back_freed = import_module("tryon_solver.linalg.freed").give_back_freed
     while True:
         task = handed_over.unpack(tasks.get())
         if isinstance(task, TellingTask):
             task = task.telling(
                 NowAndThen(lambda stage, share: handed_over.send(connection, Told(stage, share)), time.monotonic)
             )
-        handed_over.send(connection, carried_out(task))
+        made = carried_out(task)
+        handed_over.send(connection, made)
+        del task, made
+        if tasks.empty():  # nobody waits
+            gc.collect()  # a garment that was made: its parts refer to each other
+            give_back_freed()
 
 
 def _receive(connection: Connection, tasks: queue.SimpleQueue[handed_over.Packed]) -> None:
