@@ -15,6 +15,7 @@ from tryon_solver.redesign import edits
 from tryon_solver.redesign.apply import Edited, apply, change, changed
 from tryon_solver.redesign.cutting import crosses
 from tryon_solver.redesign.draft import Draft
+from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.mirroring import mirrored
 
 SAMPLES = 256  # points of an edge from which the nearest to a place is refined
@@ -42,7 +43,12 @@ def apply_to_both(specification: Mapping[str, Any], edit: edits.Edit) -> Edited:
         else:
             change(draft, other)
 
-    return changed(specification, make, edit.remedy)
+    try:
+        return changed(specification, make, edit.remedy)
+    except EditError as error:
+        apply(specification, edit)  # raises what is wrong here; else it is what the image comes to
+        remedy = f"{error.remedy}, or on one side alone"
+        raise EditError(f"on both sides {error.message}", error.place, remedy) from None
 
 
 def _mouth(draft: Draft, dart: edits.Dart) -> Points:

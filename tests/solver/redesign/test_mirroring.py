@@ -109,6 +109,18 @@ def test_what_is_its_own_image_is_done_once(tshirt, name):
     assert both.notes == (*once.notes, f"done once: {reason}")
 
 
+def test_what_meets_its_own_image_is_refused_as_that_and_may_be_made_alone(tshirt):
+    """A patch across the middle of the front; one that lies over the edge is refused for itself."""
+    middle = edits.Patch("front", (0.03, 0.1), 0.08, 0.08, 0.0)
+    overlapping = r"^panels\.patch_2\.on\.at: on both sides .*'patch_2' and 'patch' overlap"
+    with pytest.raises(EditError, match=overlapping) as refused:
+        apply_to_both(tshirt, middle)
+    assert refused.value.remedy.endswith("or on one side alone")
+    apply(tshirt, middle)
+    with pytest.raises(EditError, match=r"^panels\.patch\.on\.at: it would .*'patch' reaches over the edge"):
+        apply_to_both(tshirt, edits.Patch("front", (0.03, -0.4), 0.08, 0.08, 0.0))
+
+
 def test_a_seam_between_mirror_images_is_its_own():
     # The trousers' way: a left and a right piece, sewn in the middle.
     panels = {"left": rectangle(20, 40, translation=[2, 0, 10]), "right": rectangle(20, 40, translation=[-22, 0, 10])}
