@@ -23,6 +23,41 @@ def wait_for_the_motion(page: Page) -> None:
     page.wait_for_function("Number(document.getElementById('readout').dataset.simulatedS) > 0")
 
 
+def covered(page: Page) -> tuple[np.ndarray, np.ndarray]:
+    """The picture of a paused page (H, W, 3), and of it (H, W) what takes another colour: that is cloth."""
+    page.locator("#colours label[title=\"The fabric's own colour\"]").click()
+    plain = settled_picture(page)
+    page.locator("#colours label[title='Ink']").click()
+    dyed = settled_picture(page)
+    return plain, np.abs(plain.astype(int) - dyed.astype(int)).max(axis=-1) > 40
+
+
+def lowest(garment: np.ndarray) -> float:
+    """How far down the picture it reaches, 0 to 1."""
+    return float(np.flatnonzero(garment.any(axis=1)).max()) / len(garment)
+
+
+def pause(page: Page) -> None:
+    page.click("#play")
+    page.wait_for_selector('#status[data-state="paused"]')
+
+
+def lengthen_by_dragging(page: Page, pixels: int) -> None:
+    """Drag the front's hem down in the pattern, while the garment is worn, and wait until the edit is made."""
+    hem = page.locator(".piece").first.locator(".edge").first.locator(".reach")
+    box = hem.bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(1, 11):
+        page.mouse.move(x, y + pixels * step / 10)
+        page.wait_for_timeout(50)
+    page.mouse.up()
+    page.wait_for_selector("#pattern-made summary:has-text('1 edit made')")
+    page.wait_for_selector('#pattern[aria-busy="false"]')
+
+
 @pytest.mark.timeout(2 * PATIENCE)
 def test_the_demo_shows_a_dressed_walking_body(demo, chromium):
     page = open_page(chromium, demo)
@@ -45,12 +80,8 @@ def test_the_demo_shows_a_dressed_walking_body(demo, chromium):
     assert figure(page, "max-stretch-percent") > -100
     moving = picture(page)
 
-    page.click("#play")
-    page.wait_for_selector('#status[data-state="paused"]')
-    dressed = settled_picture(page)
-    page.locator("#colours label[title='Ink']").click()
-    dyed = settled_picture(page)
-    garment = np.abs(dressed.astype(int) - dyed.astype(int)).max(axis=-1) > 40  # what took the colour is cloth
+    pause(page)
+    dressed, garment = covered(page)
     share = garment.mean()
     assert 0.01 < share < 0.5, f"the garment covers {share:.1%} of the picture"
     rows = np.flatnonzero(garment.any(axis=1)) / len(garment)
@@ -60,5 +91,16 @@ def test_the_demo_shows_a_dressed_walking_body(demo, chromium):
     assert body_rows.min() < rows.min(), "no head above the garment"
     assert body_rows.max() > rows.max(), "no legs below the garment"
     assert not np.array_equal(moving, dressed)
+
+    page.click("#pattern-toggle")
+    page.wait_for_selector("#pattern-sheet .piece >> nth=1")
+    beside = lowest(covered(page)[1])
+    page.click("#play")
+    frames = figure(page, "frames")
+    lengthen_by_dragging(page, pixels=60)
+    wait_for_frames(page, 15)
+    assert figure(page, "frames") > frames
+    pause(page)
+    assert lowest(covered(page)[1]) > beside + 0.03, "the hem is where it was"
     assert page.faults == []
     page.context.close()

@@ -26,7 +26,7 @@ logger = logging.getLogger(__name__)
 
 GIVEN_UP, ASK_AGAIN = "it was given up before it was worn", "Ask for it again"
 MAKING_SECONDS = 0.01  # between looks at what is being made
-DRAWN_SECONDS = 20.0  # of the machine's, after which what is on its way to where it hangs in the new garment is there
+DRAWN_SECONDS = 60.0  # of the machine's, after which what is on its way to where it hangs in the new garment is there
 # at once: a heap of cloth that is drawn from the floor can hold up frames for minutes, and who asked waits meanwhile
 
 
