@@ -462,15 +462,15 @@ def test_each_promise_is_held_to_what_was_measured():
 def test_times_of_edits_are_held_to_what_was_promised_at_their_size_and_place():
     large = {"a": played(vertices=20_000, value=0.04, anew=6.0), "b": played(device="cpu", value=0.3)}
     value, carried, on_cpu, other_on_cpu = promises(large, None, [], None)[4:8]
-    assert (value.holds, value.measured) == (True, "40 to 40 ms in 1 runs")
+    assert (value.holds, value.measured) == (True, "40 to 40 ms in 1 runs, of 3 changes")
     assert (carried.holds, carried.measured) == (None, "dressed anew instead: 6.0 to 6.0 s in 1 runs")
-    assert (on_cpu.holds, on_cpu.measured, other_on_cpu.holds) == (False, "300 to 300 ms in 1 runs", None)
+    assert (on_cpu.holds, on_cpu.measured, other_on_cpu.holds) == (False, "300 to 300 ms in 1 runs, of 3 changes", None)
     about = {"about": {"commit": "none"}}
     rebuilt = {**about, "rows": [{"vertices": 20_000, "value": {"reduced matrix": 0.03, "inverse": 0.13}}]}
     dragged = {"vertices": 20_000, "seconds": 60.0, "fps": 30.0, "before": 30.0, "during": 29.0, "wait_during": 0.06}
     level = [100e6] * 100 + [150e6 + 10e6 * (k % 3) for k in range(900)]
     factor, drag, memory = promises({}, rebuilt, [{**about, "rows": [dragged]}], {"row": {"taken": level}})[-3:]
-    assert (factor.holds, factor.measured) == (False, "160 ms once the shape stands, with nothing beside it")
+    assert (factor.holds, factor.measured) == (False, "160 ms with nothing beside it, from when the shape stands, a ramp after the edit")
     assert drag.holds is True
     assert memory.holds is True
     for worse in ({"during": 20.0}, {"wait_during": 0.1}, {"seconds": 12.0}):

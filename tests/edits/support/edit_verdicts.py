@@ -118,10 +118,12 @@ def first_shown(said: str, how: str, gpu: bool, vertices: int, limit: float, pla
     least, most = ALIKE * vertices, 2 * vertices
     cases = [r for r in played if on_gpu(r) == gpu and least <= r["vertices"] < most]
     found = [r["seconds"][how]["p50"] for r in cases if r["seconds"][how]["count"]]
+    count = sum(r["seconds"][how]["count"] for r in cases)
     anew = [r["seconds"]["anew"]["p50"] for r in cases if r["seconds"]["anew"]["count"]]
     place = "a GPU" if gpu else "a CPU"
     promise = f"{said} within {1e3 * limit:g} ms (half of them), {vertices:,} vertices on {place}"
-    parts = [f"{1e3 * min(found):.0f} to {1e3 * max(found):.0f} ms in {len(found)} runs"] if found else []
+    times = f"{1e3 * min(found):.0f} to {1e3 * max(found):.0f} ms" if found else ""
+    parts = [f"{times} in {len(found)} runs, of {count} changes"] if found else []
     if how == "carried" and anew:
         parts.append(f"dressed anew instead: {min(anew):.1f} to {max(anew):.1f} s in {len(anew)} runs")
     return Promise(promise, "; ".join(parts), max(found) <= limit if found else None)
@@ -131,9 +133,10 @@ def new_factor(rebuilt: Result | None) -> Promise:
     """The inverse of the reduced matrix at the preset's basis."""
     rows = [r for r in (rebuilt or {"rows": []})["rows"] if r["vertices"] >= ALIKE * FULL]
     times = [r["value"]["reduced matrix"] + r["value"]["inverse"] for r in rows]
-    measured = f"{1e3 * max(times):.0f} ms once the shape stands, with nothing beside it" if times else ""
+    since = "with nothing beside it, from when the shape stands, a ramp after the edit"
+    measured = f"{1e3 * max(times):.0f} ms {since}" if times else ""
     said = f"the new factor is there within {1e3 * INVERSE:g} ms, {FULL:,} vertices on a GPU"
-    return Promise(said, measured, max(times) <= INVERSE if times else None)
+    return Promise(said, measured, max(times) <= INVERSE if times else None, letter=False)
 
 
 def drag(dragged: Sequence[Result]) -> Promise:
