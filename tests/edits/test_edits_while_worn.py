@@ -470,7 +470,7 @@ def test_times_of_edits_are_held_to_what_was_promised_at_their_size_and_place():
     dragged = {"vertices": 20_000, "seconds": 60.0, "fps": 30.0, "before": 30.0, "during": 29.0, "wait_during": 0.06}
     level = [100e6] * 100 + [150e6 + 10e6 * (k % 3) for k in range(900)]
     factor, drag, memory = promises({}, rebuilt, [{**about, "rows": [dragged]}], {"row": {"taken": level}})[-3:]
-    assert (factor.holds, factor.measured) == (False, "160 ms with nothing beside it, from when the shape stands, a ramp after the edit")
+    assert (factor.holds, factor.measured[:29], factor.letter) == (False, "160 ms with nothing beside it", False)
     assert drag.holds is True
     assert memory.holds is True
     for worse in ({"during": 20.0}, {"wait_during": 0.1}, {"seconds": 12.0}):
