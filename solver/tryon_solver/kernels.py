@@ -28,7 +28,7 @@ IN_BLOCKS = (
     (WIDE_BLOCK, ("linalg.ell",)),
     (WARP, ("contact.packets",)),
 )
-"""Threads a block where they are not Warp's own number, each compiled for itself, and who launches so, if he is
+"""Threads a block where they are not Warp's own number, each compiled for itself, and what launches so, where it is
 imported."""
 
 

@@ -139,8 +139,8 @@ def pair_triangles_kernel(
     triangles_out: wp.array(dtype=wp.vec2i),
     counts: wp.array(dtype=wp.int32),
 ):
-    """Pairs of triangle tid and every triangle of the other surface whose box overlaps its own, if one of the
-    two has a larger budget than the list of candidates covers already, as all have if it is made `anew`.
+    """Pairs of triangle tid and every triangle of the other surface whose box overlaps its own, if one of the two has a
+    larger budget than the list of candidates covers already, as all have if it is made `anew`.
 
     `same` is 1 when both surfaces are the cloth: then each unordered pair is met once.
     """
