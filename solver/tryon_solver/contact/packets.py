@@ -65,8 +65,8 @@ def pair_packets_kernel(
     triangles_out: wp.array(dtype=wp.vec2i),
     counts: wp.array(dtype=wp.int32),
 ):
-    """What `pair_triangles_kernel` finds, a packet to a block of 32 threads. Warp's query has room for what 32 leaves of
-    up to four triangles hold, and leaves out the rest; those of our trees hold one."""
+    """What `pair_triangles_kernel` finds, a packet to a block of 32 threads. Warp's query has room for what 32 leaves
+    of up to four triangles hold, and leaves out the rest; those of our trees hold one."""
     packet, lane = wp.tid()
     t = packets[packet, lane]
     lower = wp.vec3(FAR, FAR, FAR)
