@@ -25,6 +25,7 @@ from tryon_server.runtime.telling import NowAndThen
 logger = logging.getLogger(__name__)
 
 SHORT_SECONDS = 0.2  # that a short task which nobody waits for is given to end, before it is ended
+IDLE_SECONDS = 1.0  # without a task, after which what the ones before left behind is given back: who comes then waits
 LESS_URGENT = 5  # steps of niceness: where processors are few, a frame goes first
 
 Task = Callable[[], Any]
@@ -210,17 +211,20 @@ def serve(descriptor: int) -> None:
     import_module("tryon_server.runtime.cutting")  # what most tasks need takes a second to load
     give_back_freed = import_module("tryon_solver.linalg.freed").give_back_freed
     while True:
-        task = handed_over.unpack(tasks.get())
+        try:
+            packed = tasks.get(timeout=IDLE_SECONDS)
+        except queue.Empty:
+            gc.collect()  # a garment that was made: its parts refer to each other
+            give_back_freed()
+            packed = tasks.get()
+        task = handed_over.unpack(packed)
+        del packed
         if isinstance(task, TellingTask):
             task = task.telling(
                 NowAndThen(lambda stage, share: handed_over.send(connection, Told(stage, share)), time.monotonic)
             )
-        made = carried_out(task)
-        handed_over.send(connection, made)
-        del task, made
-        if tasks.empty():  # nobody waits
-            gc.collect()  # a garment that was made: its parts refer to each other
-            give_back_freed()
+        handed_over.send(connection, carried_out(task))
+        del task
 
 
 def _receive(connection: Connection, tasks: queue.SimpleQueue[handed_over.Packed]) -> None:
