@@ -70,8 +70,8 @@ class Page:
 
 
 class Landing(threading.local):
-    """Page-locked memory of a thread, kept from reading to reading, as long as the longest of them; `seen` is how the
-    host sees it, by device, and the device's own view of it comes with it."""
+    """Page-locked memory of a thread, kept from reading to reading, as long as the longest of them: `memory` has it by
+    device, and how that sees it, and how the host does."""
 
     def __init__(self) -> None:
         self.memory: dict[str, tuple[wp.array, wp.array, np.ndarray]] = {}
