@@ -27,12 +27,12 @@ class ContactTerm:
     `make_room(pairs)` allocates for as many pairs as there is room for, and `room()` says for how many its arrays have
     room, which stay in place while that stands; `prepare(pairs, state, x, x_before)` freezes what is lagged: for one
     iteration at x, which the last one reached from x_before, or with None in its place for a model that holds away from
-    x as well; `add_gradient(pairs, state, x, gradient_out)`, of as many vertices as that is long;
-    `add_stiffness(pairs)` adds its matrices to `pairs.beside`; `tangential(pairs)` (size,) float64 N/m, its stiffness
-    across the normal; `remember(pairs, state)` keeps for the next step how far each pair has given at the end of this
-    one; `kept()` returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)` takes it up again;
-    `restrain(pairs, move)` shortens a move (A,) vec3 m of the cloth from where the pairs were collected that would pass
-    by a balance on its way.
+    x as well; `add_gradient(pairs, state, x, gradient_out)`, of as many vertices as that is long, once the simulation's
+    `sums` settle there; `add_stiffness(pairs)` adds its matrices to `pairs.beside`; `tangential(pairs)` (size,) float64
+    N/m, its stiffness across the normal; `remember(pairs, state)` keeps for the next step how far each pair has given
+    at the end of this one; `kept()` returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)`
+    takes it up again; `restrain(pairs, move)` shortens a move (A,) vec3 m of the cloth from where the pairs were
+    collected that would pass by a balance on its way.
     """
 
     make_room: Callable[[ContactPairs], None]

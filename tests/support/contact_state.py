@@ -184,6 +184,7 @@ def contact_gradient(sim: Simulation, friction: bool) -> np.ndarray:
         add_contact_gradient(sim, sim.state.x, sim.state.x, out)
     elif sim.pairs.size:
         pairs.add_gradient(sim.pairs, sim.state.x, sim.state.x, out, sim.sums)
+        sim.sums.settle(out)
     return out.numpy().astype(np.float64)
 
 

@@ -34,6 +34,7 @@ wp.set_module_options({"enable_backward": False})
 
 SHARPNESS = 0.01  # m, r above: skin closer than this dominates skin further away
 GRID = 64
+UNMOVED = np.eye(4)
 TOTAL = wp.constant(3)  # of what is found around a place: behind sum_b w_b (M_b x - x) the sum of the weights,
 NEAREST = wp.constant(4)  # and how far the nearest is
 
@@ -43,9 +44,9 @@ Around = wp.types.vector(length=5, dtype=wp.float32)
 @dataclass
 class Carry:
     """The field of a step: `places` (A,) vec3 m of cloth and surface, in whose distances it is weighted; a processor's
-    `grid` over the surface's, `surface` (B,), part of them; `motions` (J,) and `blends` (B,) mat34, of the joints and
-    of the skin, and `root` (1,), the motion of everybody; `near` (B,) int32: skin in reach of the cloth, marked as the
-    field is evaluated; `upload` writes `motions`, and `upload_root` `root`."""
+    `grid` over the surface's, `surface` (B,), part of them; `root` (1,) mat34, the motion of everybody, `motions` (J,)
+    and `blends` (B,), of the joints and of the skin; `near` (B,) int32: skin in reach of the cloth, marked as the field
+    is evaluated; `upload` writes `root` and `motions`."""
 
     places: wp.array
     surface: wp.array
@@ -57,58 +58,54 @@ class Carry:
     skin_joints: wp.array
     skin_weights: wp.array
     upload: Upload
-    upload_root: Upload
 
     @staticmethod
     def build(cloth_count: int, skin_joints: np.ndarray, skin_weights: np.ndarray, joints: int, device: str) -> Carry:
         """`skin_joints` (B, K) int32 and `skin_weights` (B, K) float32 as in BodyModel."""
         body_count = len(skin_joints)
         places = wp.zeros(cloth_count + body_count, dtype=wp.vec3, device=device)
-        motions, root = (wp.zeros(count, dtype=mat34, device=device) for count in (joints, 1))
+        uploaded = wp.zeros(1 + joints, dtype=mat34, device=device)
         grid = wp.HashGrid(GRID, GRID, GRID, device=device) if wp.get_device(device).is_cpu else None
         if grid is not None:
             grid.reserve(body_count)
         return Carry(
             places,
             places[cloth_count:],
-            root,
-            motions,
+            uploaded[:1],
+            uploaded[1:],
             wp.zeros(body_count, dtype=mat34, device=device),
             wp.zeros(body_count, dtype=wp.int32, device=device),
             grid,
             wp.array(skin_joints, dtype=wp.int32, device=device),
             wp.array(skin_weights, dtype=wp.float32, device=device),
-            Upload(motions),
-            Upload(root),
+            Upload(uploaded),
         )
 
-    def take_root(self, root: np.ndarray) -> None:
-        """As of the launches that follow, everybody's motion is `root` (4, 4)."""
-        self.upload_root.write((root - np.eye(4))[None, :3].astype(np.float32))
+    def take(self, root: np.ndarray, motions: np.ndarray) -> None:
+        """As of the next `fetch`, everybody's motion is `root` (4, 4), and the field is that of the joints' `motions` A
+        (J, 4, 4)."""
+        both = np.concatenate([root[None], motions]) - UNMOVED
+        self.upload.write(both[:, :3].astype(np.float32))
 
-    def take_motions(self, motions: np.ndarray) -> None:
-        """As of the launches that follow, the field is that of the joints' `motions` A (J, 4, 4)."""
-        self.upload.write((motions - np.eye(4))[:, :3].astype(np.float32))
+    def fetch(self) -> None:
+        """Go by the motions that were taken last; a launch, for a graph to repeat."""
+        self.upload.fetch()
 
     def move_along(self, x: wp.array) -> None:
         """Move all of x (K,) vec3 m by everybody's motion."""
         launch(rigid_kernel, len(x), [self.root], [x], device=x.device)
 
-    def set_places(self, x: wp.array) -> None:
-        """From now on the field is weighted by the distances between cloth and surface at x (A,) m; `sort_surface` is
-        to follow."""
+    def set_places(self, x: wp.array, none: float) -> None:
+        """From now on the field is weighted by the distances between cloth and surface at x (A,) m, up to `none` m."""
         wp.copy(self.places, x)
         clear(self.near)
-
-    def sort_surface(self, none: float) -> None:
-        """Have the surface's places looked up, up to `none` m around a vertex."""
         if self.grid is not None:
             self.grid.build(self.surface, none)  # finer, empty cells would cost more than the skin that they pass over
 
     def find_field(self, x: wp.array, full: float, none: float, displacement_out: wp.array) -> None:
         """u at the cloth, first among x (A,) vec3 m, for the motions that were taken; lengths in m. Marks `near`.
 
-        `none` is that of `sort_surface`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
+        `none` is that of `set_places`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
         """
         launch(
             blend_kernel,

@@ -19,11 +19,8 @@ class MovingBody(Protocol[Stance]):
     def transforms(self, stance: Stance) -> np.ndarray:
         """(J, 4, 4) float64 m: what each part does to points at rest."""
 
-    def root(self, stance: Stance) -> np.ndarray:
-        """(4, 4) float64 m: the first of them, which a GPU can begin with while the others are worked out."""
-
     def take(self, transforms: np.ndarray, stance: Stance) -> None:
-        """Be at the stance as of the launches that follow, seen from where `transforms` (J, 4, 4) are: those of the
+        """Be at the stance as of the next `write`, seen from where `transforms` (J, 4, 4) are: those of the
         stance, moved by one rigid motion."""
 
     def write(self, out: wp.array) -> None:

@@ -84,14 +84,6 @@ def world_from_rest(model: BodyModel, pose: Pose) -> np.ndarray:
     return transforms
 
 
-def root_from_rest(model: BodyModel, pose: Pose) -> np.ndarray:
-    """(4, 4) m: `world_from_rest` of the root alone, to the last bit."""
-    transform = np.eye(4)
-    transform[:3, :3] = turn = quaternions.to_matrix(np.atleast_2d(pose.rotations)[0])
-    transform[:3, 3] = pose.root - turn @ model.rest_joints[0]
-    return transform
-
-
 def skin(model: BodyModel, pose: Pose) -> np.ndarray:
     """(B, 3) float64 m: linear blend skinning, v = sum_k w_k (world_from_rest[j_k] v_rest)."""
     transforms = world_from_rest(model, pose)[:, :3]

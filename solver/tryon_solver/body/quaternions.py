@@ -52,13 +52,14 @@ def _products_to_matrix() -> np.ndarray:
 
 
 PRODUCTS_TO_MATRIX = _products_to_matrix()
+UNTURNED = np.eye(3).reshape(9)
 
 
 def to_matrix(q: np.ndarray) -> np.ndarray:
     """Rotation matrices (..., 3, 3) of unit quaternions. One product of all: a frame has the body's, and waits."""
     q = np.asarray(q, dtype=np.float64)
     products = (q[..., :, None] * q[..., None, :]).reshape(-1, 16)
-    return (products @ PRODUCTS_TO_MATRIX + np.eye(3).reshape(9)).reshape(*q.shape[:-1], 3, 3)
+    return (products @ PRODUCTS_TO_MATRIX + UNTURNED).reshape(*q.shape[:-1], 3, 3)
 
 
 def from_axis_angle(axis: np.ndarray, angle: np.ndarray | float) -> np.ndarray:

@@ -27,10 +27,6 @@ class SequenceKernel:
         """(J, 4, 4) float64 m: what each part does to points at rest."""
         return self.sequence.transforms(stance)
 
-    def root(self, stance: Moment) -> np.ndarray:
-        """(4, 4) float64 m: that of the body as a whole."""
-        return self.transforms(stance)[0]
-
     def take(self, transforms: np.ndarray, stance: Moment) -> None:
         """Be at the stance, seen from where `transforms` (J, 4, 4) are."""
         for upload, values in zip(self._uploads, (transforms, self.sequence.corrected_rest(stance))):
@@ -38,6 +34,8 @@ class SequenceKernel:
 
     def write(self, out: wp.array) -> None:
         """The vertices (B,) vec3 m there into `out`."""
+        for upload in self._uploads:
+            upload.fetch()
         launch(
             skin_vertices,
             dim=self.sequence.vertex_count,

@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.body.model import BodyModel
-from tryon_solver.body.pose import Pose, root_from_rest, world_from_rest
+from tryon_solver.body.pose import Pose, world_from_rest
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.upload import Upload
 
@@ -61,16 +61,13 @@ class SkinningKernel:
         """(J, 4, 4) float64 m: what each joint does to points at rest."""
         return world_from_rest(self.model, stance)
 
-    def root(self, stance: Pose) -> np.ndarray:
-        """(4, 4) float64 m: the root's."""
-        return root_from_rest(self.model, stance)
-
     def take(self, transforms: np.ndarray, _stance: Pose) -> None:
         """Be where the joints' transforms (J, 4, 4) float64 are, which say all there is to say of a posed body."""
         self._upload.write(transforms)
 
     def write(self, out: wp.array) -> None:
         """The vertices there."""
+        self._upload.fetch()
         launch(
             skin_vertices,
             dim=self.model.vertex_count,

@@ -21,13 +21,19 @@ from tryon_solver.contact.taking_over import take_over
 from tryon_solver.contact.triangle_pairs import pair_triangles, threads_over
 from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.slots import next_slot
+from tryon_solver.linalg.side_by_side import side_by_side
+from tryon_solver.linalg.warps import free_slots
 
 wp.set_module_options({"enable_backward": False})
 
+UNLISTED = wp.constant(1.0e30)  # m, in place of the distance of a stencil that is not to be on the list
+EDGES = wp.constant(9)  # pairs of edges that two triangles have, before their six pairs of a point and a triangle
+Fifteen = wp.types.vector(length=15, dtype=wp.float32)
+
+
 
 @wp.func
-def emit(
+def listed_distance(
     kind: int,
     r: float,
     r_known: float,
@@ -38,34 +44,20 @@ def emit(
     x2: wp.vec3,
     x3: wp.vec3,
     x: wp.array(dtype=wp.vec3),
-    ids_out: wp.array(dtype=wp.vec4i),
-    kind_out: wp.array(dtype=wp.int32),
-    distance_out: wp.array(dtype=wp.float32),
-    counts: wp.array(dtype=wp.int32),
-):
-    """Append the stencil unless it shares a vertex or its distance is not in (r_known, r]; what is stored is for x.
-
-    Of two edges the one whose first vertex has the lower number comes first, whoever was looked for: by these numbers
-    contacts are known again (effects/presliding.py).
-    """
+) -> float:
+    """What is stored of a stencil, its distance for x; UNLISTED if it shares a vertex or is not in (r_known, r]."""
     if group[0] == group[2] or group[0] == group[3]:
-        return
+        return UNLISTED
     if kind == 0:
         if group[0] == group[1]:
-            return
+            return UNLISTED
     elif group[1] == group[2] or group[1] == group[3]:
-        return
+        return UNLISTED
     lam = stencil_weights(kind, x0, x1, x2, x3)
     d = wp.length(stencil_vector(lam, x0, x1, x2, x3))
     if d > r or d <= r_known:
-        return
-    slot = next_slot(counts, STENCILS)
-    if slot < ids_out.shape[0]:
-        ids_out[slot] = v
-        if kind == 1 and v[2] < v[0]:
-            ids_out[slot] = wp.vec4i(v[2], v[3], v[0], v[1])
-        kind_out[slot] = kind
-        distance_out[slot] = d - approach(kind, x[v[0]] - x0, x[v[1]] - x1, x[v[2]] - x2, x[v[3]] - x3)
+        return UNLISTED
+    return d - approach(kind, x[v[0]] - x0, x[v[1]] - x1, x[v[2]] - x2, x[v[3]] - x3)
 
 
 @wp.func_native("""
@@ -77,6 +69,17 @@ def emit(
 """)
 def lowest_of(bits: int) -> int:  # type: ignore[empty-body]
     """Which bit is the lowest of those that are set; there must be one."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __popc(bits);
+#else
+    return __builtin_popcount(bits);
+#endif
+""")
+def number_of(bits: int) -> int:  # type: ignore[empty-body]
+    """How many bits are set."""
 
 
 @wp.func
@@ -91,6 +94,22 @@ def edges_of(mine: int, theirs: int) -> int:
     return wp.where((mine & 8) != 0, other, 0) | wp.where((mine & 16) != 0, other << 3, 0) | wp.where(
         (mine & 32) != 0, other << 6, 0
     )
+
+
+@wp.func
+def edge_stencil(at: int, f: wp.vec3i, g: wp.vec3i) -> wp.vec4i:
+    """The vertices of edge k of the one and m of the other, as bit `at` = 3k + m says."""
+    k = at // 3
+    m = at - 3 * k
+    return wp.vec4i(f[k], f[(k + 1) % 3], g[m], g[(m + 1) % 3])
+
+
+@wp.func
+def point_stencil(at: int, f: wp.vec3i, g: wp.vec3i) -> wp.vec4i:
+    """Vertex `at` of the two triangles' six, and the triangle that it is none of."""
+    if at < 3:
+        return wp.vec4i(f[at], g[0], g[1], g[2])
+    return wp.vec4i(g[at - 3], f[0], f[1], f[2])
 
 
 @wp.kernel
@@ -111,88 +130,85 @@ def take_apart_kernel(
     """The stencils of pairs of triangles: of the vertices and edges that the two own, both ways' points.
 
     A pair has three as a rule, and up to 15: threads that run in step each go from one of theirs to the next, all of
-    edges first, then all of points.
+    edges first, then all of points, and take places for what they have found together. Of two edges the one whose first
+    vertex has the lower number comes first, whoever was looked for: by these numbers contacts are known again
+    (effects/presliding.py).
     """
-    for entry in range(wp.tid(), counts[CLOSE], threads):
-        r_known = between[entry][0]
-        r = between[entry][1]
-        t = close[entry][0]
-        j = close[entry][1]
-        f = own.faces[t]
-        g = other.faces[j]
-        ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
-        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
-        mine = own.owned[t]
-        theirs = other.owned[j]
-        a0 = centre[f[0]]
-        a1 = centre[f[1]]
-        a2 = centre[f[2]]
-        b0 = centre[g[0]]
-        b1 = centre[g[1]]
-        b2 = centre[g[2]]
-        edges = edges_of(mine, theirs)
-        while edges != 0:
-            at = lowest_of(edges)
-            edges = edges & (edges - 1)
-            k = at // 3
-            m = at - 3 * k
-            e = (k + 1) % 3
-            h = (m + 1) % 3
-            emit(
-                1,
-                r,
-                r_known,
-                wp.vec4i(f[k], f[e], g[m], g[h]),
-                wp.vec4i(ga[k], ga[e], gb[m], gb[h]),
-                pick(k, a0, a1, a2),
-                pick(e, a0, a1, a2),
-                pick(m, b0, b1, b2),
-                pick(h, b0, b1, b2),
-                x,
-                ids_out,
-                kind_out,
-                distance_out,
-                counts,
-            )
-        points = (mine & 7) | ((theirs & 7) << 3)
-        while points != 0:
-            at = lowest_of(points)
-            points = points & (points - 1)
-            if at < 3:
-                emit(
-                    0,
+    count = counts[CLOSE]
+    for begun in range(0, count, threads):
+        entry = begun + wp.tid()
+        f = wp.vec3i()
+        g = wp.vec3i()
+        found = int(0)  # a bit for each that is listed
+        distances = Fifteen()
+        if entry < count:
+            r_known = between[entry][0]
+            r = between[entry][1]
+            t = close[entry][0]
+            j = close[entry][1]
+            f = own.faces[t]
+            g = other.faces[j]
+            ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
+            gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
+            mine = own.owned[t]
+            theirs = other.owned[j]
+            a0 = centre[f[0]]
+            a1 = centre[f[1]]
+            a2 = centre[f[2]]
+            b0 = centre[g[0]]
+            b1 = centre[g[1]]
+            b2 = centre[g[2]]
+            edges = edges_of(mine, theirs)
+            while edges != 0:
+                at = lowest_of(edges)
+                edges = edges & (edges - 1)
+                k = at // 3
+                m = at - 3 * k
+                distance = listed_distance(
+                    1,
                     r,
                     r_known,
-                    wp.vec4i(f[at], g[0], g[1], g[2]),
-                    wp.vec4i(ga[at], gb[0], gb[1], gb[2]),
-                    pick(at, a0, a1, a2),
-                    b0,
-                    b1,
-                    b2,
+                    edge_stencil(at, f, g),
+                    edge_stencil(at, ga, gb),
+                    pick(k, a0, a1, a2),
+                    pick((k + 1) % 3, a0, a1, a2),
+                    pick(m, b0, b1, b2),
+                    pick((m + 1) % 3, b0, b1, b2),
                     x,
-                    ids_out,
-                    kind_out,
-                    distance_out,
-                    counts,
                 )
-            else:
-                at = at - 3
-                emit(
-                    0,
-                    r,
-                    r_known,
-                    wp.vec4i(g[at], f[0], f[1], f[2]),
-                    wp.vec4i(gb[at], ga[0], ga[1], ga[2]),
-                    pick(at, b0, b1, b2),
-                    a0,
-                    a1,
-                    a2,
-                    x,
-                    ids_out,
-                    kind_out,
-                    distance_out,
-                    counts,
-                )
+                if distance != UNLISTED:
+                    found = found | (1 << at)
+                    distances[at] = distance
+            points = (mine & 7) | ((theirs & 7) << 3)
+            while points != 0:
+                at = lowest_of(points)
+                points = points & (points - 1)
+                v = point_stencil(at, f, g)
+                of = point_stencil(at, ga, gb)
+                distance = float(0.0)
+                if at < 3:
+                    distance = listed_distance(0, r, r_known, v, of, pick(at, a0, a1, a2), b0, b1, b2, x)
+                else:
+                    distance = listed_distance(0, r, r_known, v, of, pick(at - 3, b0, b1, b2), a0, a1, a2, x)
+                if distance != UNLISTED:
+                    found = found | (1 << (EDGES + at))
+                    distances[EDGES + at] = distance
+        slot = free_slots(counts, STENCILS, number_of(found))
+        while found != 0:
+            at = lowest_of(found)
+            found = found & (found - 1)
+            if slot < ids_out.shape[0]:
+                if at < EDGES:
+                    v = edge_stencil(at, f, g)
+                    ids_out[slot] = v
+                    if v[2] < v[0]:
+                        ids_out[slot] = wp.vec4i(v[2], v[3], v[0], v[1])
+                    kind_out[slot] = 1
+                else:
+                    ids_out[slot] = point_stencil(at - EDGES, f, g)
+                    kind_out[slot] = 0
+                distance_out[slot] = distances[at]
+            slot += 1
 
 
 NOTHING_KNOWN = -1.0e3  # m, a budget that covers no stencil
@@ -215,11 +231,11 @@ class Scope:
         """Each of them once."""
         return {id(surface): surface for surface in (self.cloth, *self.others)}.values()
 
-    def refit(self) -> None:
-        """Boxes and trees for the region as it is."""
+    def enclose(self) -> None:
+        """Boxes for the region as it is."""
         region, margin = self.region, 0.5 * max(other.reach for other in self.others)
         for surface in self.surfaces:
-            surface.refit(region.centre, region.half_way, region.budget, margin)
+            surface.enclose(region.centre, region.half_way, region.budget, margin)
 
     def search(self, found: Found, k: int, anew: bool) -> None:
         """Fill `found` with what the cloth and the k-th other surface have new, as far as there is room."""
@@ -257,17 +273,21 @@ def begin(candidates: Candidates, scope: Scope, anew: bool) -> None:
         candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
     found = candidates.found[: len(scope.others)]
 
+    def search(k: int) -> None:
+        scope.others[k].refit()
+        scope.search(found[k], k, anew)
+
     def search_all() -> None:
         if anew:
             clear(candidates.count)
             for surface in scope.surfaces:
                 surface.budget.fill_(NOTHING_KNOWN)
-        scope.refit()
-        at_once(lambda k: scope.search(found[k], k, anew), len(found), device)
+        scope.enclose()
+        at_once(search, len(found), device)
         if device.is_cuda:
             take_over(candidates, found)
 
-    if all(surface.bvh for surface in scope.surfaces):
+    if all(surface.bvh for surface in scope.others):
         candidates.searches[anew].run(search_all, (scope.x.ptr, *candidates.places), str(device))
     else:
         search_all()  # which builds the trees
@@ -317,14 +337,15 @@ OTHER_CORE = ThreadPoolExecutor(max_workers=1)  # starts its thread with its fir
 
 def at_once(search: Callable[[int], None], count: int, device: wp.Device) -> None:
     """Run the searches 0 to count - 1. On a CPU Warp runs a kernel on the thread that launches it: all but the first go
-    to another one. On a GPU one follows the other: side by side on two streams they gained nothing that is seen in a
-    frame."""
-    if device.is_cuda:
-        for k in range(count):
+    to another one. A GPU has two branches, likewise."""
+
+    def others() -> None:
+        for k in range(1, count):
             search(k)
+
+    if device.is_cuda:
+        side_by_side(device, lambda: search(0), others)
         return
-    elsewhere = [OTHER_CORE.submit(search, k) for k in range(1, count)]
-    if count:
-        search(0)
-    for searched in elsewhere:
-        searched.result()
+    elsewhere = OTHER_CORE.submit(others)
+    search(0)
+    elsewhere.result()

@@ -377,7 +377,7 @@ def add_gradient(
     pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out: wp.array, sums: OrderFreeSums
 ) -> None:
     """gradient += gradient at x of the model of the contact potential made at x_ref [N], of as many vertices as
-    `gradient_out` is long."""
+    `gradient_out` is long, once `sums` settle there."""
     launch(
         add_gradient_kernel,
         pairs.size,
@@ -385,7 +385,6 @@ def add_gradient(
         [gradient_out, sums.vectors],
         device=x.device,
     )
-    sums.settle(gradient_out)
 
 
 def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array, sums: OrderFreeSums) -> None:

@@ -90,8 +90,8 @@ class Surface:
         side.budget, side.known = self.budget, self.known
         return side
 
-    def refit(self, centre: wp.array, half_way: wp.array, budget: wp.array, margin: float) -> None:
-        """Boxes of the triangles and the tree over them, for vertices within `budget` of paths around `centre`.
+    def enclose(self, centre: wp.array, half_way: wp.array, budget: wp.array, margin: float) -> None:
+        """Boxes of the triangles, for vertices within `budget` of paths around `centre`.
 
         All in m; `margin` is added on every side. The triangle's budget is the largest of its vertices', what it was
         before becomes `known`.
@@ -105,6 +105,9 @@ class Surface:
             [self.lower, self.upper, self.budget, self.known, self.gained],
             device=device,
         )
+
+    def refit(self) -> None:
+        """The tree over the boxes as they are."""
         if self.bvh is None:
             self.bvh = wp.Bvh(self.lower, self.upper)
         else:

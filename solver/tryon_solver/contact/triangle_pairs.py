@@ -16,6 +16,7 @@ from tryon_solver.contact.surfaces import Side, Surface
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.slots import next_slot
+from tryon_solver.linalg.warps import WARP
 
 wp.set_module_options({"enable_backward": False})
 
@@ -284,6 +285,6 @@ def walk(
 
 
 def threads_over(room: int, device: wp.Device) -> int:
-    """Of a launch over a list of which only the device knows how much of its room is taken. A CPU goes through it at
-    once; its order stays that of the list."""
-    return 1 if device.is_cpu else min(room, MOST_THREADS)
+    """Of a launch over a list of which only the device knows how much of its room is taken: on a GPU as many as run in
+    step, some of them. A CPU goes through it at once; its order stays that of the list."""
+    return 1 if device.is_cpu else min(-(-room // WARP) * WARP, MOST_THREADS)

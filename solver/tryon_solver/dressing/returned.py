@@ -166,7 +166,8 @@ def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> 
     as_one = end[0] @ np.linalg.inv(before[0])
     x: wp.array = wp.array(positions(cloth, hung.surface), dtype=wp.vec3, device=device)
     way = wp.zeros_like(x)
-    carry.take_root(as_one)
+    carry.take(as_one, np.broadcast_to(np.eye(4), end.shape))
+    carry.fetch()
     carry.move_along(x)
     before = as_one @ before
     skin, skin_after = (wp.zeros(len(hung.surface), dtype=wp.vec3, device=device) for _ in range(2))
@@ -181,9 +182,9 @@ def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> 
         after = end[0] @ np.linalg.inv(after[0]) @ after
         moving.take(after, stance)
         moving.write(skin_after)
-        carry.set_places(x)
-        carry.sort_surface(settings.carry_none)
-        carry.take_motions(after @ np.linalg.inv(before))
+        carry.set_places(x, settings.carry_none)
+        carry.take(as_one, after @ np.linalg.inv(before))
+        carry.fetch()
         carry.find_field(x, settings.carry_full, settings.carry_none, way)
         carry.move_surface(skin, skin_after, way)
         x = wp.array(x.numpy() + way.numpy(), dtype=wp.vec3, device=device)

@@ -348,7 +348,6 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
         model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, pairs.gap]
         own = [held.area, held.load, count, sizes, spec.strength, width, share, int(held.proxy)]
         launch(add_gradient_kernel, pairs.size, [*model, *own, x], [gradient, sums.vectors], device=device)
-        sums.settle(gradient)
         aside.add_gradient(pairs, state, x, gradient)
 
     def add_stiffness(pairs: ContactPairs) -> None:

@@ -212,7 +212,6 @@ class SlipOfPairs:
         """As in ContactTerm."""
         model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, self.weight, self.given, x, state.x_start]
         launch(add_gradient_kernel, pairs.size, model, [gradient, self.sums.vectors], device=self.device)
-        self.sums.settle(gradient)
 
     def add_stiffness(self, pairs: ContactPairs) -> None:
         """As in ContactTerm."""

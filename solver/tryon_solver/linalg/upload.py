@@ -1,7 +1,7 @@
 """Writing small arrays to the device, over and over.
 
 An array's own `assign` makes an array of the host's first, in memory that a GPU can't fetch by itself: the host waits
-for it each time.
+for it each time. A copy that the host launches takes it as long as a dozen of a graph's kernels.
 """
 
 from __future__ import annotations
@@ -9,24 +9,46 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
+wp.set_module_options({"enable_backward": False})
+
+WORD = 4  # bytes, of which all that is uploaded has a whole number
+
+
+@wp.kernel
+def fetch_kernel(words: wp.array(dtype=wp.int32), words_out: wp.array(dtype=wp.int32)):
+    k = wp.tid()
+    words_out[k] = words[k]
+
 
 class Upload:
-    """What writes to one array: on a GPU through page-locked memory, which it fetches in the order of the launches."""
+    """What writes to one contiguous array: on a GPU into page-locked memory of the host, which the device sees, and
+    from which it is to `fetch` it."""
 
     def __init__(self, array: wp.array) -> None:
-        self.array = array
+        self.array, self.device = array, wp.get_device(array.device)
         self._staged: tuple[wp.array, np.ndarray, wp.Event] | None = None
-        if wp.get_device(array.device).is_cuda:
+        if self.device.is_cuda:
             memory = wp.empty(array.shape, dtype=array.dtype, device="cpu", pinned=True)
-            self._staged = memory, memory.numpy(), wp.Event(array.device)
+            self._staged = memory, memory.numpy(), wp.Event(self.device)
+            words = (memory.capacity // WORD,)
+            self._words: wp.array = wp.array(ptr=memory.ptr, dtype=wp.int32, shape=words, device=self.device)
+            self._words_out: wp.array = wp.array(ptr=array.ptr, dtype=wp.int32, shape=words, device=self.device)
 
     def write(self, values: np.ndarray) -> None:
-        """array[:] = values, of the array's shape, as of the launches that follow."""
+        """array[:] = values, of the array's shape, as of the next `fetch`."""
         if self._staged is None:
             self.array.assign(values)
             return
-        memory, seen, fetched = self._staged
-        wp.synchronize_event(fetched)  # the one before; it has been, as a rule
+        _, seen, fetched = self._staged
+        wp.synchronize_event(fetched)  # what was written before; it has been, as a rule
         seen[...] = values
-        wp.copy(self.array, memory)
-        wp.get_stream(self.array.device).record_event(fetched)
+
+    def fetch(self) -> None:
+        """A launch, for a graph to repeat, but not on a condition: the array has what was written last."""
+        if self._staged is None:
+            return
+        launch(fetch_kernel, len(self._words), [self._words], [self._words_out], device=self.device)
+        stream = wp.get_stream(self.device)
+        stream.record_event(self._staged[2], external=stream.is_capturing)

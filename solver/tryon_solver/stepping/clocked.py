@@ -114,6 +114,7 @@ def contact_call(sim: Simulation, term: ContactTerm, vectors: wp.array) -> Calla
     def call() -> None:
         term.prepare(sim.pairs, sim.state, sim.state.x, sim.x_searched)
         term.add_gradient(sim.pairs, sim.state, sim.state.x, vectors)
+        sim.sums.settle(vectors)
         term.add_stiffness(sim.pairs)
 
     return call

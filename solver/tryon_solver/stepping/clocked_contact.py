@@ -54,6 +54,7 @@ def contact_calls(sim: Simulation, surface: Surface) -> dict[str, Callable[[], N
     def assemble() -> None:
         contact_pairs.collect(beside.pairs, beside.candidates, beside.contact, x)
         contact_pairs.add_gradient(beside.pairs, x, x, sums, sim.sums)
+        sim.sums.settle(sums)
         contact_pairs.add_diagonal(beside.pairs, numbers, sim.sums)
 
     def time_of_impact() -> None:

@@ -26,10 +26,16 @@ from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.one_block import sum_up
 from tryon_solver.linalg.read_back import read
+from tryon_solver.linalg.side_by_side import side_by_side
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.coast import keep_momentum
 from tryon_solver.stepping.ending import end_if_well, ends_by_itself, told_at_end
-from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
+from tryon_solver.stepping.gradient import (
+    add_contact_gradient,
+    cloth_gradient,
+    elastic_gradient,
+    surface_gradient,
+)
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
 from tryon_solver.stepping.overshoot import retreat_if_overshot
@@ -88,19 +94,31 @@ def look_around(sim: Simulation, near: bool) -> None:
 
 def linearise_at(sim: Simulation) -> None:
     """Friction, gradient and Hessian of the full potential at x, whose pairs are collected."""
-    gradient_at(sim)
-    wp.copy(sim.x_searched, sim.state.x)
-    linearise(sim)
+    x, gradient = sim.state.x, sim.work.gradient
+
+    def gradient_of_cloth() -> None:
+        cloth_gradient(sim, x, gradient, correcting=True)
+        add_contact_gradient(sim, x, x, gradient)
+
+    prepare_contact(sim)
+    wp.copy(sim.x_searched, x)
+    surface_gradient(sim, x, gradient)
+    side_by_side(sim.device, gradient_of_cloth, lambda: linearise(sim))
 
 
 def gradient_at(sim: Simulation) -> None:
-    """Friction and gradient likewise, friction seen from where the last iteration began."""
+    """Friction and gradient likewise."""
     state, work = sim.state, sim.work
-    if sim.pairs.size:
-        for term in sim.stages.contact:
-            term.prepare(sim.pairs, state, state.x, sim.x_searched)
+    prepare_contact(sim)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
+
+
+def prepare_contact(sim: Simulation) -> None:
+    """Friction at x likewise, seen from where the last iteration began."""
+    if sim.pairs.size:
+        for term in sim.stages.contact:
+            term.prepare(sim.pairs, sim.state, sim.state.x, sim.x_searched)
 
 
 def measure_imbalance(sim: Simulation, out: wp.array) -> None:

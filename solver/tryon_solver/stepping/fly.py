@@ -443,9 +443,8 @@ class Flight:
         launch(go_along_kernel, sim.cloth_count, inputs, [sim.state.v], device=sim.device)
 
     def _of_cloth(self, sim: Simulation, kernel: wp.Kernel, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
-        """Launch it over the cloth where some of it flies."""
-        arguments = [self.piece_of, self.flies, *inputs]
-        wp.capture_if(self.any, lambda: launch(kernel, sim.cloth_count, arguments, outputs, device=sim.device))
+        """Launch it over the cloth, of which some may fly: a condition in a graph takes longer than to look."""
+        launch(kernel, sim.cloth_count, [self.piece_of, self.flies, *inputs], outputs, device=sim.device)
 
     @property
     def under_way(self) -> bool:

@@ -67,6 +67,12 @@ def rows_product_kernel(
 
 def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, correcting: bool = False) -> None:
     """gradient = dE/dx without contact at x, projections made afresh: the local step of projective dynamics [N]."""
+    cloth_gradient(sim, x, gradient_out, correcting)
+    surface_gradient(sim, x, gradient_out)
+
+
+def cloth_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, correcting: bool) -> None:
+    """The cloth's part of it."""
     state, work = sim.state, sim.work
     work.corner_gradient.zero_()
     for project in sim.stages.project:
@@ -95,8 +101,12 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
     if correcting:
         for add_velocity_gradient in sim.stages.add_velocity_gradient_in_correction:
             add_velocity_gradient(state, x, gradient_out)
+
+
+def surface_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array) -> None:
+    """The collision surface's part of it, and of the diagonal."""
     if sim.body is not None:
-        sim.body.add_gradient(sim.settings, state, x, gradient_out, work.diagonal)
+        sim.body.add_gradient(sim.settings, sim.state, x, gradient_out, sim.work.diagonal)
 
 
 def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:
@@ -106,6 +116,7 @@ def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient
     contact_pairs.add_gradient(sim.pairs, x_ref, x, gradient_out, sim.sums)
     for term in sim.stages.contact:
         term.add_gradient(sim.pairs, sim.state, x, gradient_out)
+    sim.sums.settle(gradient_out)
 
 
 def system_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:

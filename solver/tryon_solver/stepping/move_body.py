@@ -66,20 +66,17 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
     """Go with the body to the stance, in sub-steps. Where one is enough and all of its motion is free, a GPU goes and
     begins what follows before the host knows."""
     settings, moving, start = sim.settings, body.moving, body.pose
-    before = body.transforms()
-    motion = moving.root(stance) @ rigid.inverse(before[0])
-    body.carry.take_root(motion)
+    before, end = body.transforms(), moving.transforms(stance)
+    root = end[0] @ rigid.inverse(before[0])
+    before = root @ before
+    take_motion(sim, root, before, end, stance)
     if sim.flight is not None:
         sim.flight.look_about(sim)
-    as_one(sim, "be_brought_along" if sim.comes_along else "go_along", lambda: go_along(sim))
-    body.carry.sort_surface(settings.carry_none)
-    before, end = motion @ before, moving.transforms(stance)  # while a GPU takes all along
-    take_motion(sim, before, end, stance)
     sight = None
     if goes_on(sim, before, end):
         sight, sim.under_way = set_out_and_go(sim, lambda: set_out(sim), begin)
     else:
-        as_one(sim, "set_out", lambda: set_out(sim))
+        as_one(sim, "be_brought_along" if sim.comes_along else "set_out", lambda: set_out(sim))
     travel = 0.0 if sim.under_way else float(read(sim.largest_out)[0][0])
     count = max(1, math.ceil(travel / settings.substep_travel))
     short = count > settings.most_substeps
@@ -101,7 +98,7 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
             after = moving.transforms(part)
             after = end[0] @ rigid.inverse(after[0]) @ after
         if count > 1 or short:
-            take_motion(sim, before, after, part)
+            take_motion(sim, root, before, after, part)
             as_one(sim, "set_out_in_part", lambda: set_out_in_part(sim))
             sight = None
         carry_once(sim, k == count, sight)
@@ -136,13 +133,13 @@ def farthest(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.linalg.norm(a.astype(np.float64) - b, axis=1).max())
 
 
-def take_motion(sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object) -> None:
-    """Let the body's motion be, as of the launches that follow, that from `before` to `after` (J, 4, 4), world from
-    rest, with the same root; `stance` is the body's after it."""
+def take_motion(sim: Simulation, root: np.ndarray, before: np.ndarray, after: np.ndarray, stance: object) -> None:
+    """Let the body's motion be, as of what sets out next, that from `before` to `after` (J, 4, 4), world from rest,
+    with the same root, beside the `root`'s (4, 4), which is everybody's; `stance` is the body's after it."""
     body = sim.body
     assert body is not None
     body.moving.take(after, stance)
-    body.carry.take_motions(after @ rigid.inverse(before))
+    body.carry.take(root, after @ rigid.inverse(before))
 
 
 def depart(sim: Simulation) -> None:
@@ -155,17 +152,19 @@ def go_along(sim: Simulation) -> None:
     """For the device: the root's motion for everybody, once it is known who flies."""
     state, body = sim.state, sim.body
     assert body is not None
+    body.carry.fetch()
     depart(sim)
     if sim.flight is not None:
         sim.flight.set_off(sim)
     anchors = (sim.region.anchor,) if sim.touching else ()
     for places in (state.x, body.skin_now, *anchors):
         body.carry.move_along(places)
-    body.carry.set_places(state.x)
+    body.carry.set_places(state.x, sim.settings.carry_none)
 
 
 def set_out(sim: Simulation) -> None:
-    """For the device: what comes of the rest of the motion."""
+    """For the device: the root's motion, and what comes of the rest of it."""
+    go_along(sim)
     set_displacement(sim)
     if sim.flight is not None:
         sim.flight.feel_beside(sim)
@@ -175,6 +174,8 @@ def set_out(sim: Simulation) -> None:
 
 def set_out_in_part(sim: Simulation) -> None:
     """For the device: what comes of a part of it; who flies goes all of its way in the first."""
+    assert sim.body is not None
+    sim.body.carry.fetch()
     set_displacement(sim)
     if sim.flight is not None:
         sim.flight.take_way(sim)

@@ -54,9 +54,9 @@ class Case:
         begun = wp.array(np.vstack([self.cloth, self.surface]), dtype=wp.vec3, device=device)
         now = wp.array(np.vstack([x, self.surface + 1.0]), dtype=wp.vec3, device=device)
         found = wp.zeros_like(now)
-        carry.set_places(begun)
-        carry.sort_surface(NONE)
-        carry.take_motions(motions)
+        carry.set_places(begun, NONE)
+        carry.take(np.full((4, 4), 7.0), motions)  # the root's is not the field's
+        carry.fetch()
         carry.find_field(now, FULL, NONE, found)
         assert not found.numpy()[CLOTH:].any()
         return found.numpy()[:CLOTH], carry.near.numpy()

@@ -196,6 +196,7 @@ def test_model_never_pulls(surfaces, states):
     away[~surfaces.first] -= 0.01 * direction / np.linalg.norm(direction)
     out = wp.zeros(sim.all_count, dtype=wp.vec3, device="cpu")
     pairs.add_gradient(sim.pairs, device_vectors(x), device_vectors(away), out, sim.sums)
+    sim.sums.settle(out)
     table = pair_table(sim)
     change = np.einsum("pk,pd,pkd->p", table["lam"], table["normal"], (away - x)[table["ids"]])
     force = np.minimum(table["slope"] + table["curvature"] * change, 0.0)
