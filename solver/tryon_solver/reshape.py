@@ -16,6 +16,7 @@ import numpy as np
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.offsets import refuse_what_bears_no_contact
 from tryon_solver.simulation import Simulation
+from tryon_solver.stepping.search import distrust_list
 
 
 class OtherStructureError(ValueError):
@@ -38,4 +39,6 @@ def reshape(sim: Simulation, garment: Garment) -> None:
     sim.matrices.fill()
     sim.inverses.clear()  # what the search uses goes on serving until `use_inverse`
     sim.set_diagonals(sim.dt)
+    if sim.touching:
+        distrust_list(sim)  # larger triangles feel others from further off
     sim.wake()

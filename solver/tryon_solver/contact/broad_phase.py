@@ -16,59 +16,68 @@ from tryon_solver.contact.candidates import Candidates
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.found import CLOSE, STENCILS, Found, counted
 from tryon_solver.contact.region import Region
-from tryon_solver.contact.surfaces import Side, Surface
+from tryon_solver.contact.surfaces import Reach, Side, Surface, reach_of_stencil
 from tryon_solver.contact.taking_over import take_over
-from tryon_solver.contact.triangle_pairs import pair_triangles, threads_over
+from tryon_solver.contact.triangle_pairs import NOTHING_KNOWN, pair_triangles, threads_over
 from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.side_by_side import side_by_side
-from tryon_solver.linalg.warps import free_slots
+from tryon_solver.linalg.warps import (
+    free_slots,
+    lane_of_warp,
+    lane_that_has,
+    lanes_of_warp,
+    number_of_lane,
+    sum_of_lanes_before,
+)
 
 wp.set_module_options({"enable_backward": False})
 
 UNLISTED = wp.constant(1.0e30)  # m, in place of the distance of a stencil that is not to be on the list
-EDGES = wp.constant(9)  # pairs of edges that two triangles have, before their six pairs of a point and a triangle
-Fifteen = wp.types.vector(length=15, dtype=wp.float32)
-
 
 
 @wp.func
 def listed_distance(
     kind: int,
-    r: float,
-    r_known: float,
+    reach: float,
+    between: wp.vec2,
     v: wp.vec4i,
-    group: wp.vec4i,
-    x0: wp.vec3,
-    x1: wp.vec3,
-    x2: wp.vec3,
-    x3: wp.vec3,
+    group: wp.array(dtype=wp.int32),
+    centre: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
 ) -> float:
-    """What is stored of a stencil, its distance for x; UNLISTED if it shares a vertex or is not in (r_known, r]."""
-    if group[0] == group[2] or group[0] == group[3]:
+    """What is stored of a stencil, its distance for x; UNLISTED if it shares a vertex or is not `between` further
+    apart, at the centres, than it reaches."""
+    of = wp.vec4i(group[v[0]], group[v[1]], group[v[2]], group[v[3]])
+    if of[0] == of[2] or of[0] == of[3]:
         return UNLISTED
     if kind == 0:
-        if group[0] == group[1]:
+        if of[0] == of[1]:
             return UNLISTED
-    elif group[1] == group[2] or group[1] == group[3]:
+    elif of[1] == of[2] or of[1] == of[3]:
         return UNLISTED
+    x0 = centre[v[0]]
+    x1 = centre[v[1]]
+    x2 = centre[v[2]]
+    x3 = centre[v[3]]
     lam = stencil_weights(kind, x0, x1, x2, x3)
-    d = wp.length(stencil_vector(lam, x0, x1, x2, x3))
-    if d > r or d <= r_known:
+    distance = wp.length(stencil_vector(lam, x0, x1, x2, x3))
+    if distance > reach + between[1] or distance <= reach + between[0]:
         return UNLISTED
-    return d - approach(kind, x[v[0]] - x0, x[v[1]] - x1, x[v[2]] - x2, x[v[3]] - x3)
+    return distance - approach(kind, x[v[0]] - x0, x[v[1]] - x1, x[v[2]] - x2, x[v[3]] - x3)
 
 
 @wp.func_native("""
+    for (int k = 0; k < place; ++k)
+        bits &= bits - 1;
 #if defined(__CUDA_ARCH__)
     return __ffs(bits) - 1;
 #else
     return __builtin_ctz(bits);
 #endif
 """)
-def lowest_of(bits: int) -> int:  # type: ignore[empty-body]
-    """Which bit is the lowest of those that are set; there must be one."""
+def set_bit(bits: int, place: int) -> int:  # type: ignore[empty-body]
+    """Which bit is set as the so-manieth, from 0, of those that are; there must be so many."""
 
 
 @wp.func_native("""
@@ -83,8 +92,10 @@ def number_of(bits: int) -> int:  # type: ignore[empty-body]
 
 
 @wp.func
-def pick(k: int, a0: wp.vec3, a1: wp.vec3, a2: wp.vec3) -> wp.vec3:
-    return wp.where(k == 0, a0, wp.where(k == 1, a1, a2))
+def corner(face: wp.vec3i, k: int) -> int:
+    """The k-th vertex of a triangle, the first coming again after the last: told, not looked up, which a GPU does in
+    memory."""
+    return wp.where(k == 1, face[1], wp.where(k == 2, face[2], face[0]))
 
 
 @wp.func
@@ -101,15 +112,68 @@ def edge_stencil(at: int, f: wp.vec3i, g: wp.vec3i) -> wp.vec4i:
     """The vertices of edge k of the one and m of the other, as bit `at` = 3k + m says."""
     k = at // 3
     m = at - 3 * k
-    return wp.vec4i(f[k], f[(k + 1) % 3], g[m], g[(m + 1) % 3])
+    return wp.vec4i(corner(f, k), corner(f, k + 1), corner(g, m), corner(g, m + 1))
 
 
 @wp.func
 def point_stencil(at: int, f: wp.vec3i, g: wp.vec3i) -> wp.vec4i:
     """Vertex `at` of the two triangles' six, and the triangle that it is none of."""
     if at < 3:
-        return wp.vec4i(f[at], g[0], g[1], g[2])
-    return wp.vec4i(g[at - 3], f[0], f[1], f[2])
+        return wp.vec4i(corner(f, at), g[0], g[1], g[2])
+    return wp.vec4i(corner(g, at - 3), f[0], f[1], f[2])
+
+
+@wp.func
+def list_stencils(
+    kind: int,
+    bits: int,
+    first: int,
+    close: wp.array(dtype=wp.vec2i),
+    between: wp.array(dtype=wp.vec2),
+    own: Side,
+    other: Side,
+    reach: Reach,
+    group: wp.array(dtype=wp.int32),
+    centre: wp.array(dtype=wp.vec3),
+    x: wp.array(dtype=wp.vec3),
+    ids_out: wp.array(dtype=wp.vec4i),
+    kind_out: wp.array(dtype=wp.int32),
+    distance_out: wp.array(dtype=wp.float32),
+    counts: wp.array(dtype=wp.int32),
+):
+    """List what is to be listed of one kind: of the pair that each lane has, the `first` lane's being number `first`,
+    those stencils whose `bits` are set. The lanes share all of theirs evenly.
+
+    Of two edges the one whose first vertex has the lower number comes first, whoever was looked for: by these numbers
+    contacts are known again (effects/presliding.py).
+    """
+    begin = sum_of_lanes_before(number_of(bits))
+    total = number_of_lane(begin + number_of(bits), lanes_of_warp() - 1)
+    for begun in range(0, total, lanes_of_warp()):
+        stencil = begun + lane_of_warp()
+        lane = lane_that_has(begin, stencil)
+        place = stencil - number_of_lane(begin, lane)
+        of_pair = number_of_lane(bits, lane)
+        v = wp.vec4i()
+        distance = float(UNLISTED)
+        if stencil < total:
+            pair = close[first + lane]
+            f = own.faces[pair[0]]
+            g = other.faces[pair[1]]
+            at = set_bit(of_pair, place)
+            if kind == 1:
+                v = edge_stencil(at, f, g)
+                if v[2] < v[0]:
+                    v = wp.vec4i(v[2], v[3], v[0], v[1])
+            else:
+                v = point_stencil(at, f, g)
+            distance = listed_distance(kind, reach_of_stencil(v, reach), between[first + lane], v, group, centre, x)
+        listed = wp.where(distance != UNLISTED, 1, 0)
+        slot = free_slots(counts, STENCILS, listed)
+        if listed == 1 and slot < ids_out.shape[0]:
+            ids_out[slot] = v
+            kind_out[slot] = kind
+            distance_out[slot] = distance
 
 
 @wp.kernel
@@ -118,6 +182,7 @@ def take_apart_kernel(
     between: wp.array(dtype=wp.vec2),
     own: Side,
     other: Side,
+    reach: Reach,
     group: wp.array(dtype=wp.int32),
     centre: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
@@ -129,89 +194,52 @@ def take_apart_kernel(
 ):
     """The stencils of pairs of triangles: of the vertices and edges that the two own, both ways' points.
 
-    A pair has three as a rule, and up to 15: threads that run in step each go from one of theirs to the next, all of
-    edges first, then all of points, and take places for what they have found together. Of two edges the one whose first
-    vertex has the lower number comes first, whoever was looked for: by these numbers contacts are known again
-    (effects/presliding.py).
+    A pair has three as a rule, and up to 15: with a thread for each pair most would wait for one that has many.
     """
     count = counts[CLOSE]
-    for begun in range(0, count, threads):
-        entry = begun + wp.tid()
-        f = wp.vec3i()
-        g = wp.vec3i()
-        found = int(0)  # a bit for each that is listed
-        distances = Fifteen()
+    for begun in range(wp.tid() - lane_of_warp(), count, threads):
+        entry = begun + lane_of_warp()
+        edges = int(0)
+        points = int(0)
         if entry < count:
-            r_known = between[entry][0]
-            r = between[entry][1]
-            t = close[entry][0]
-            j = close[entry][1]
-            f = own.faces[t]
-            g = other.faces[j]
-            ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
-            gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
-            mine = own.owned[t]
-            theirs = other.owned[j]
-            a0 = centre[f[0]]
-            a1 = centre[f[1]]
-            a2 = centre[f[2]]
-            b0 = centre[g[0]]
-            b1 = centre[g[1]]
-            b2 = centre[g[2]]
+            mine = own.owned[close[entry][0]]
+            theirs = other.owned[close[entry][1]]
             edges = edges_of(mine, theirs)
-            while edges != 0:
-                at = lowest_of(edges)
-                edges = edges & (edges - 1)
-                k = at // 3
-                m = at - 3 * k
-                distance = listed_distance(
-                    1,
-                    r,
-                    r_known,
-                    edge_stencil(at, f, g),
-                    edge_stencil(at, ga, gb),
-                    pick(k, a0, a1, a2),
-                    pick((k + 1) % 3, a0, a1, a2),
-                    pick(m, b0, b1, b2),
-                    pick((m + 1) % 3, b0, b1, b2),
-                    x,
-                )
-                if distance != UNLISTED:
-                    found = found | (1 << at)
-                    distances[at] = distance
             points = (mine & 7) | ((theirs & 7) << 3)
-            while points != 0:
-                at = lowest_of(points)
-                points = points & (points - 1)
-                v = point_stencil(at, f, g)
-                of = point_stencil(at, ga, gb)
-                distance = float(0.0)
-                if at < 3:
-                    distance = listed_distance(0, r, r_known, v, of, pick(at, a0, a1, a2), b0, b1, b2, x)
-                else:
-                    distance = listed_distance(0, r, r_known, v, of, pick(at - 3, b0, b1, b2), a0, a1, a2, x)
-                if distance != UNLISTED:
-                    found = found | (1 << (EDGES + at))
-                    distances[EDGES + at] = distance
-        slot = free_slots(counts, STENCILS, number_of(found))
-        while found != 0:
-            at = lowest_of(found)
-            found = found & (found - 1)
-            if slot < ids_out.shape[0]:
-                if at < EDGES:
-                    v = edge_stencil(at, f, g)
-                    ids_out[slot] = v
-                    if v[2] < v[0]:
-                        ids_out[slot] = wp.vec4i(v[2], v[3], v[0], v[1])
-                    kind_out[slot] = 1
-                else:
-                    ids_out[slot] = point_stencil(at - EDGES, f, g)
-                    kind_out[slot] = 0
-                distance_out[slot] = distances[at]
-            slot += 1
-
-
-NOTHING_KNOWN = -1.0e3  # m, a budget that covers no stencil
+        list_stencils(
+            1,
+            edges,
+            begun,
+            close,
+            between,
+            own,
+            other,
+            reach,
+            group,
+            centre,
+            x,
+            ids_out,
+            kind_out,
+            distance_out,
+            counts,
+        )
+        list_stencils(
+            0,
+            points,
+            begun,
+            close,
+            between,
+            own,
+            other,
+            reach,
+            group,
+            centre,
+            x,
+            ids_out,
+            kind_out,
+            distance_out,
+            counts,
+        )
 
 
 @dataclass(frozen=True)
@@ -233,7 +261,7 @@ class Scope:
 
     def enclose(self) -> None:
         """Boxes for the region as it is."""
-        region, margin = self.region, 0.5 * max(other.reach for other in self.others)
+        region, margin = self.region, 0.5 * max(other.reach.farthest for other in self.others)
         for surface in self.surfaces:
             surface.enclose(region.centre, region.half_way, region.budget, margin)
 
@@ -322,6 +350,7 @@ def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, gro
             found.between,
             cloth.side,
             other.side,
+            other.reach,
             group,
             region.centre,
             x,

@@ -35,6 +35,47 @@ class Side:
     known: wp.array(dtype=wp.float32)
 
 
+@wp.struct
+class Reach:
+    """From how far off cloth feels a surface [m]: from `farthest`; but cloth of one garment itself from no farther than
+    the least of the stencil's vertices' `own` (N,). `garment` (A,) int32 is as in ContactSizes. Of another surface than
+    the cloth `own` is empty."""
+
+    farthest: float
+    own: wp.array(dtype=wp.float32)
+    garment: wp.array(dtype=wp.int32)
+
+
+@wp.func
+def of_one_garment(a: int, b: int, reach: Reach) -> bool:
+    """Are these vertices, one of the cloth and one of the surface, cloth of one garment?"""
+    return reach.own.shape[0] > 0 and (reach.garment.shape[0] == 0 or reach.garment[a] == reach.garment[b])
+
+
+@wp.func
+def reach_of_stencil(v: wp.vec4i, reach: Reach) -> float:
+    """Of either kind, its first and its last vertex are on different sides."""
+    least = reach.farthest
+    if of_one_garment(v[0], v[3], reach):
+        for k in range(4):
+            least = wp.min(least, reach.own[v[k]])
+    return least
+
+
+@wp.func
+def reach_of_triangles(f: wp.vec3i, g: wp.vec3i, reach: Reach) -> float:
+    """No stencil of the two, which has vertices of both, has more."""
+    least = reach.farthest
+    if of_one_garment(f[0], g[0], reach):
+        of_f = float(0.0)
+        of_g = float(0.0)
+        for k in range(3):
+            of_f = wp.max(of_f, reach.own[f[k]])
+            of_g = wp.max(of_g, reach.own[g[k]])
+        least = wp.min(least, wp.min(of_f, of_g))
+    return least
+
+
 @dataclass
 class Surface:
     """Triangles of one kind with their bounding boxes and tree.
@@ -42,8 +83,8 @@ class Surface:
     `faces` (F,) vec3i ids in the shared index space; `owned` (F,) int32: bit k set when the triangle owns its vertex k,
     bit 3+k when it owns the edge from vertex k to vertex k+1. `lower`, `upper` (F,) vec3 m boxes. `budget` (F,)
     float32 m as in `Region`; `known` (F,) float32 m, the budget that the candidate list already covers;
-    `gained` (1,) int32 is 1 when some budget is above its `known`. Cloth feels it from `reach` m on. `packets` (P, 32)
-    int32 as in packets.py, of cloth on a GPU.
+    `gained` (1,) int32 is 1 when some budget is above its `known`. Cloth feels it from `reach.farthest` m on, or
+    later. `packets` (P, 32) int32 as in packets.py, of cloth on a GPU.
     """
 
     faces: wp.array
@@ -54,14 +95,16 @@ class Surface:
     known: wp.array
     gained: wp.array
     face_count: int
-    reach: float
+    reach: Reach
     bvh: wp.Bvh | None = None
     packets: wp.array | None = None
 
     @staticmethod
     def build(faces: np.ndarray, owned: np.ndarray, reach: float, device: str) -> Surface:
-        """`faces` (F, 3) int32 in the shared index space; `owned` (F,) as above."""
+        """`faces` (F, 3) int32 in the shared index space; `owned` (F,) as above; `reach` m, at most."""
         count = len(faces)
+        felt = Reach()
+        felt.farthest = reach
         return Surface(
             wp.array(faces.astype(np.int32), dtype=wp.vec3i, device=device),
             wp.array(owned, dtype=wp.int32, device=device),
@@ -71,7 +114,7 @@ class Surface:
             wp.zeros(count, dtype=wp.float32, device=device),
             wp.zeros(1, dtype=wp.int32, device=device),
             count,
-            reach,
+            felt,
         )
 
     def apart(self) -> Surface:

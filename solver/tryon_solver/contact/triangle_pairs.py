@@ -12,7 +12,7 @@ import warp as wp
 from tryon_solver.contact.found import CLOSE, PAIRS, Found
 from tryon_solver.contact.packets import pair_packets
 from tryon_solver.contact.region import Region
-from tryon_solver.contact.surfaces import Side, Surface
+from tryon_solver.contact.surfaces import Reach, Side, Surface, reach_of_triangles
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.slots import next_slot
@@ -23,6 +23,8 @@ wp.set_module_options({"enable_backward": False})
 # Of how far from the origin a triangle is: what two searches make of a distance differs by less. A stencil that one has
 # just left out the next must not take for listed; at worst it is on the list twice until that is made anew.
 ROUNDING = wp.constant(1.0e-6)
+NOTHING_KNOWN = wp.constant(-1.0e3)  # m, a budget that covers no stencil
+APART = wp.constant(wp.vec2(2.0 * NOTHING_KNOWN, -1.0))  # of two triangles: no stencil comes into question
 
 
 @wp.func
@@ -173,14 +175,14 @@ def in_question(
     t: int,
     j: int,
     same: int,
-    reach: float,
+    reach: Reach,
     group: wp.array(dtype=wp.int32),
     centre: wp.array(dtype=wp.vec3),
     half_way: wp.array(dtype=wp.vec3),
 ) -> wp.vec2:
-    """Of two triangles whose boxes overlap: at their centres, stencils at most the second number apart come into
-    question, and those up to the first are on the list already, from a search with the budgets in `known`, whatever
-    that made of them in its rounding; zeros if something keeps the two apart.
+    """Of two triangles whose boxes overlap: at their centres, stencils come into question that are no more than the
+    second number further apart than they reach, and those up to the first are on the list already, from a search with
+    the budgets in `known`, whatever that made of them in its rounding; below 0 if something keeps the two apart.
 
     Around their centres two triangles can approach by no more than their vertices' longest half ways, taken relative to
     the mean of all six, and by their budgets.
@@ -201,19 +203,20 @@ def in_question(
     q2 = half_way[g[2]]
     mean = (p0 + p1 + p2 + q0 + q1 + q2) / 6.0
     travel = furthest(p0 - mean, p1 - mean, p2 - mean) + furthest(q0 - mean, q1 - mean, q2 - mean)
-    r = reach + own.budget[t] + other.budget[j] + travel
+    further = own.budget[t] + other.budget[j] + travel
+    r = reach_of_triangles(f, g, reach) + further
     if same == 1:
         ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
         gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
         if wedges_apart(r, ga, gb, a0, a1, a2, b0, b1, b2):
-            return wp.vec2()
+            return APART
     if apart_along(wp.cross(a1 - a0, a2 - a0), r, a0, a1, a2, b0, b1, b2):
-        return wp.vec2()
+        return APART
     if apart_along((b0 + b1 + b2) - (a0 + a1 + a2), r, a0, a1, a2, b0, b1, b2):
-        return wp.vec2()
+        return APART
     if apart_along(wp.cross(b1 - b0, b2 - b0), r, a0, a1, a2, b0, b1, b2):
-        return wp.vec2()
-    r_known = float(-1.0)
+        return APART
+    further_known = 2.0 * NOTHING_KNOWN
     rounding = ROUNDING * (wp.length(a0) + wp.length(b0))
     if overlapped(
         own.lower[t],
@@ -223,8 +226,8 @@ def in_question(
         other.upper[j],
         other.budget[j] - other.known[j] + rounding,
     ):
-        r_known = reach + own.known[t] + other.known[j] + travel - rounding
-    return wp.vec2(r_known, r)
+        further_known = own.known[t] + other.known[j] + travel - rounding
+    return wp.vec2(further_known, further)
 
 
 @wp.kernel
@@ -233,7 +236,7 @@ def keep_close_kernel(
     own: Side,
     other: Side,
     same: int,
-    reach: float,
+    reach: Reach,
     group: wp.array(dtype=wp.int32),
     centre: wp.array(dtype=wp.vec3),
     half_way: wp.array(dtype=wp.vec3),
@@ -246,7 +249,7 @@ def keep_close_kernel(
     for entry in range(wp.tid(), wp.min(counts[PAIRS], triangles.shape[0]), threads):
         pair = triangles[entry]
         between = in_question(own, other, pair[0], pair[1], same, reach, group, centre, half_way)
-        if between[1] > 0.0:
+        if between[1] >= 0.0:
             slot = next_slot(counts, CLOSE)
             close_out[slot] = pair
             between_out[slot] = between

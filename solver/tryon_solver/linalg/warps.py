@@ -67,3 +67,57 @@ def least_of_warp(value: float) -> float:  # type: ignore[empty-body]
 """)
 def free_slots(counts: wp.array(dtype=wp.int32), place: int, wanted: int) -> int:  # type: ignore[empty-body, valid-type]
     """The first of so many free slots of the list whose length is counts[place], which grows by what all 32 want."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return 32;
+#else
+    return 1;
+#endif
+""")
+def lanes_of_warp() -> int:  # type: ignore[empty-body]
+    """How many threads run in step."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return threadIdx.x & 31;
+#else
+    return 0;
+#endif
+""")
+def lane_of_warp() -> int:  # type: ignore[empty-body]
+    """Which of them this one is."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const int lane = threadIdx.x & 31;
+    int upto = value;
+    for (int apart = 1; apart < 32; apart <<= 1) {
+        const int before = __shfl_up_sync(0xffffffffu, upto, apart);
+        if (lane >= apart)
+            upto += before;
+    }
+    return upto - value;
+#else
+    return 0;
+#endif
+""")
+def sum_of_lanes_before(value: int) -> int:  # type: ignore[empty-body]
+    """The sum of the values of all lanes before this one."""
+
+
+@wp.func_native("""
+    int lane = 0;
+#if defined(__CUDA_ARCH__)
+    for (int further = 16; further > 0; further >>= 1)
+        if (__shfl_sync(0xffffffffu, begin, lane + further) <= number)
+            lane += further;
+#endif
+    return lane;
+""")
+def lane_that_has(begin: int, number: int) -> int:  # type: ignore[empty-body]
+    """The last lane whose `begin` is not above `number`, which is not below 0; from lane to lane `begin` ascends, from
+    0."""

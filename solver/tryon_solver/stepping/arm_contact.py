@@ -38,6 +38,7 @@ def arm_contact(sim: Simulation) -> None:
     sizes = contact_sizes(scene, settings, sim.body_count, device)
     owned = garment.connectivity.owned
     sim.cloth = surfaces.Surface.build(garment.faces, owned, sizes.xi_self + settings.d_hat, device)
+    sim.cloth.reach.own, sim.cloth.reach.garment = sim.rest.reach, sizes.garment
     if wp.get_device(device).is_cuda:
         of_triangles = packets.packets_of(garment.uv_corners.mean(axis=1), garment.panel_of_face)
         sim.cloth.packets = wp.array(of_triangles, dtype=wp.int32, device=device)

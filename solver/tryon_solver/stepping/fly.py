@@ -443,8 +443,15 @@ class Flight:
         launch(go_along_kernel, sim.cloth_count, inputs, [sim.state.v], device=sim.device)
 
     def _of_cloth(self, sim: Simulation, kernel: wp.Kernel, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
-        """Launch it over the cloth, of which some may fly: a condition in a graph takes longer than to look."""
-        launch(kernel, sim.cloth_count, [self.piece_of, self.flies, *inputs], outputs, device=sim.device)
+        """Launch it over the cloth where some of it flies; on a GPU wherever: a graph's condition takes longer."""
+
+        def over_cloth() -> None:
+            launch(kernel, sim.cloth_count, [self.piece_of, self.flies, *inputs], outputs, device=sim.device)
+
+        if wp.get_device(sim.device).is_cuda:
+            over_cloth()
+        else:
+            wp.capture_if(self.any, over_cloth)
 
     @property
     def under_way(self) -> bool:

@@ -201,7 +201,7 @@ def end_search(sim: Simulation, counts: Sequence[tuple[int, int]]) -> bool:
     sim.candidates.look_back()
     if not sim.candidates.size and sim.cloth not in sim.touching:
         (other,) = sim.touching
-        sim.region.part(sim.cloth_count, other.reach, sim.boxes)
+        sim.region.part(sim.cloth_count, other.reach.farthest, sim.boxes)
     return fitted
 
 

@@ -26,6 +26,14 @@ def tangle():
     return Tangle(columns=7, size=0.15)
 
 
+@pytest.fixture(scope="module")
+def fine_tangle():
+    """Of cloth that would reach beyond its own triangles, if it felt itself from as far off as the body."""
+    tangle = Tangle(columns=7, size=0.018)
+    assert tangle.sim.rest.reach.numpy().max() < 0.7 * tangle.sim.cloth.reach.farthest
+    return tangle
+
+
 def crumple(tangle, rng):
     """Positions whose layers interleave: a broad phase has to be complete there too."""
     bumps = 0.004 * rng.standard_normal(tangle.x.shape)
@@ -51,6 +59,26 @@ def stray(rng, budget):
 )
 def test_complete_for_the_motion_and_any_way_within_the_budgets(tangle, rng, speed, slack):
     """What the kinematic search promises: all take their displacement together, each straying by its budget."""
+    move_and_stray(tangle, rng, speed, slack)
+
+
+@pytest.mark.parametrize("slack", [1e-6, 2e-4])
+def test_fine_cloth_is_searched_as_far_as_it_feels_itself(fine_tangle, rng, slack):
+    """And no further: flat, it finds none of its neighbours, which another search did."""
+    move_and_stray(fine_tangle, rng, 0.004, slack)
+    sim, flat = fine_tangle.sim, fine_tangle.x
+    fine_tangle.set_motion(flat, 0 * flat)
+    with_slack(sim, 1e-6, lambda: search.search_around(sim, sim.state.x, sim.work.direction))
+    kinds, ids = fine_tangle.stencils
+    own = (ids < fine_tangle.cloth).all(axis=1)
+    told = set(keys(kinds[own], ids[own]))
+    one_sheet = {key for key in told if len({v < fine_tangle.cloth // 2 for v in key[1:]}) == 1}
+    close = fine_tangle.distances(flat) < sim.cloth.reach.farthest
+    assert (own & close).sum() > 300
+    assert not fine_tangle.candidate_keys() & one_sheet
+
+
+def move_and_stray(tangle, rng, speed, slack):
     sim = tangle.sim
     x, motion = crumple(tangle, rng), tangle.throw(rng, speed)
     tangle.set_motion(x, motion)
@@ -87,11 +115,18 @@ def check_complete(tangle, found, closest):
     """Every stencil whose smallest distance is within reach was found, and nothing that is no stencil."""
     kinds, ids = tangle.stencils
     offset = offsets(tangle, ids)
-    wanted = closest < offset + tangle.sim.settings.d_hat - 1e-6
+    wanted = closest < reaches(tangle, ids) - 1e-6
     assert wanted[offset > offset.min()].sum() > 20, "of the body"
     assert wanted[offset == offset.min()].sum() > 20, "of the cloth"
     assert set(keys(kinds[wanted], ids[wanted])) <= found
     assert found <= set(keys(kinds, ids))
+
+
+def reaches(tangle, ids):
+    """(S,) m: from how far off stencils of these vertices are felt (pairs.py)."""
+    reach = offsets(tangle, ids) + tangle.sim.settings.d_hat
+    own = np.append(tangle.sim.rest.reach.numpy(), np.full(len(tangle.x) - tangle.cloth, np.inf))
+    return np.where((ids >= tangle.cloth).any(axis=1), reach, np.minimum(reach, own[ids].min(axis=1)))
 
 
 def offsets(tangle, ids):
@@ -340,7 +375,7 @@ def test_vertices_to_be_sewn_that_are_still_apart_hide_nothing(faces, corner):
     search.search_around(sim, sim.state.x, sim.work.direction)
     kinds, ids = tangle.stencils
     told = list(keys(kinds, ids))
-    near = {told[k] for k in np.flatnonzero(tangle.distances(x) < sim.cloth.reach)}
+    near = {told[k] for k in np.flatnonzero(tangle.distances(x) < sim.cloth.reach.farthest)}
     wanted = {key for key in near if not opposite(key, above[0], below[0])}
     assert wanted
     assert wanted <= tangle.candidate_keys()

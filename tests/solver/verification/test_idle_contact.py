@@ -146,6 +146,6 @@ def test_what_is_granted_is_under_half_of_what_is_between(others):
     anchors, budget = sim.region.anchor.numpy().astype(float), sim.region.budget.numpy().astype(float)
     centre = anchors[sim.cloth_count :].mean(axis=0)
     between = np.linalg.norm(anchors[: sim.cloth_count] - centre, axis=1).min() - RADIUS
-    (reach,) = {surface.reach for surface in sim.touching if surface is not sim.cloth}
+    (reach,) = {surface.reach.farthest for surface in sim.touching if surface is not sim.cloth}
     assert budget[: sim.cloth_count].max() + budget[sim.cloth_count :].max() + reach < between
     assert (budget.min() > 0.25 * between) == (not others)
