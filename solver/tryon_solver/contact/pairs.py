@@ -245,7 +245,7 @@ def add_gradient_kernel(
         moved += w[k] * wp.dot(n, x[v[k]] - x_ref[v[k]])
     f = wp.min(slope[c] + curvature[c] * moved, 0.0) * n
     for k in range(4):
-        if v[k] < gradient_out.shape[0]:
+        if v[k] < gradient_out.shape[0] and w[k] != 0.0:
             add(gradient_out, whole, v[k], w[k] * f)
 
 
@@ -273,7 +273,7 @@ def add_product_kernel(
         u += w[k] * p[v[k]]
     f = (curvature[c] * wp.dot(n, u)) * n + beside[c] * u
     for k in range(4):
-        if v[k] < product_out.shape[0]:
+        if v[k] < product_out.shape[0] and w[k] != 0.0:
             add(product_out, whole, v[k], w[k] * f)
 
 

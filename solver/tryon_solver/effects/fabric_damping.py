@@ -19,6 +19,7 @@ import warp as wp
 
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.constant_matrices import Term
+from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
 from tryon_solver.linalg.launch import launch
 from tryon_solver.materials import strain_rate
 from tryon_solver.materials.triangle_hessian import hessians_of
@@ -37,15 +38,21 @@ def add_rate_kernel(
     dt: wp.array(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
+    lanes: int,
     y_out: wp.array(dtype=wp.vec3),
 ):
-    """y += scale S (x - x_start)/dt of the bending's matrix S, as in EllMatrix."""
-    row = wp.tid()
+    """y += scale S (x - x_start)/dt of the bending's matrix S, as in EllMatrix, each row shared by `lanes` threads
+    (linalg/lanes.py)."""
+    row = wp.tid() // lanes
+    lane = wp.tid() % lanes
     total = wp.vec3()
-    for k in range(columns.shape[1]):
-        j = columns[row, k]
-        total += weights[row, k] * (x[j] - x_start[j])
-    y_out[row] = y_out[row] + scale * total / dt[0]
+    if row < columns.shape[0]:
+        for k in range(lane, columns.shape[1], lanes):
+            j = columns[row, k]
+            total += weights[row, k] * (x[j] - x_start[j])
+    total = wp.vec3(sum_of_lanes(total[0]), sum_of_lanes(total[1]), sum_of_lanes(total[2]))
+    if lane == 0 and row < columns.shape[0]:
+        y_out[row] = y_out[row] + scale * total / dt[0]
 
 
 def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
@@ -74,8 +81,9 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     def add_bending_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
         assert bent is not None
         rows = bent.rows
-        inputs = [rows.columns, rows.weights, spec.time, state.dt, x, state.x_start]
-        launch(add_rate_kernel, rows.row_count, inputs, [gradient], device=device)
+        lanes = lanes_of(str(device))
+        inputs = [rows.columns, rows.weights, spec.time, state.dt, x, state.x_start, lanes]
+        launch(add_rate_kernel, shares_of(rows.row_count, lanes), inputs, [gradient], device=device)
 
     return Contribution(
         "fabric_damping",

@@ -103,7 +103,7 @@ def add_gradient_kernel(
     w = lam[c]
     f = weight[c] * slip(v, w, normal[c], given[c], x, x_start)
     for k in range(4):
-        if v[k] < gradient_out.shape[0]:
+        if v[k] < gradient_out.shape[0] and w[k] != 0.0:
             add(gradient_out, whole, v[k], w[k] * f)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
+from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
 from tryon_solver.linalg.launch import launch, launch_blocks
 
 wp.set_module_options({"enable_backward": False})
@@ -104,15 +105,21 @@ def add_difference_kernel(
     columns: wp.array2d(dtype=wp.int32),
     weights: wp.array2d(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
+    lanes: int,
     y_out: wp.array(dtype=wp.vec3),
 ):
-    """y += S x for a matrix whose rows sum to zero, from differences, so that metres of translation cost no digits."""
-    row = wp.tid()
-    here = x[row]
+    """y += S x for a matrix whose rows sum to zero, from differences, so that metres of translation cost no digits;
+    each row shared by `lanes` threads (lanes.py)."""
+    row = wp.tid() // lanes
+    lane = wp.tid() % lanes
     total = wp.vec3()
-    for k in range(columns.shape[1]):
-        total += weights[row, k] * (x[columns[row, k]] - here)
-    y_out[row] = y_out[row] + total
+    if row < columns.shape[0]:
+        here = x[row]
+        for k in range(lane, columns.shape[1], lanes):
+            total += weights[row, k] * (x[columns[row, k]] - here)
+    total = wp.vec3(sum_of_lanes(total[0]), sum_of_lanes(total[1]), sum_of_lanes(total[2]))
+    if lane == 0 and row < columns.shape[0]:
+        y_out[row] = y_out[row] + total
 
 
 def multiply(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
@@ -134,4 +141,6 @@ def multiply_wide(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
 
 def add_difference(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
     """y += S x for a matrix whose rows sum to zero (an internal force)."""
-    launch(add_difference_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)
+    lanes = lanes_of(str(x.device))
+    inputs = [matrix.columns, matrix.weights, x, lanes]
+    launch(add_difference_kernel, shares_of(matrix.row_count, lanes), inputs, [y_out], device=x.device)

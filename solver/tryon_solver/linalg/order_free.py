@@ -47,14 +47,21 @@ def add_number(sums: wp.array(dtype=wp.float32), whole: wp.array(dtype=wp.int64)
 
 
 @wp.func
+def place_of(i: int, n: int, m: int) -> int:
+    """Of the number in row n and column m >= n of block i."""
+    return 6 * i + 2 * n + m - wp.where(n == 2, 1, 0)
+
+
+@wp.func
 def add_matrix(blocks: wp.array(dtype=wp.mat33), whole: wp.array(dtype=wp.int64), i: int, value: wp.mat33):
-    """The same of blocks [N/m], nine places each."""
+    """The same of symmetric blocks [N/m], six places each."""
     if whole.shape[0] == 0:
         wp.atomic_add(blocks, i, value)
     else:
         for n in range(3):
             for m in range(3):
-                wp.atomic_add(whole, 9 * i + 3 * n + m, whole_of(value[n, m], STIFF_QUANTA))
+                if m >= n:
+                    wp.atomic_add(whole, place_of(i, n, m), whole_of(value[n, m], STIFF_QUANTA))
 
 
 @wp.func
@@ -87,8 +94,11 @@ def settle_blocks_kernel(whole: wp.array(dtype=wp.int64), blocks_out: wp.array(d
     total = wp.mat33()
     for n in range(3):
         for m in range(3):
-            total[n, m] = float(whole[9 * i + 3 * n + m]) / STIFF_QUANTA
-            whole[9 * i + 3 * n + m] = wp.int64(0)
+            if m >= n:
+                at = place_of(i, n, m)
+                total[n, m] = float(whole[at]) / STIFF_QUANTA
+                total[m, n] = total[n, m]
+                whole[at] = wp.int64(0)
     blocks_out[i] = blocks_out[i] + total
 
 
@@ -120,8 +130,8 @@ class OrderFreeSums:
 
     @cached_property
     def blocks(self) -> wp.array:
-        """(9 count,) int64."""
-        return places(9 * self._count, self._device)
+        """(6 count,) int64."""
+        return places(6 * self._count, self._device)
 
     def make_room(self) -> tuple[wp.array, wp.array, wp.array]:
         """Have all three."""

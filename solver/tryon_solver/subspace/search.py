@@ -14,11 +14,11 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.ell import EllMatrix, multiply_wide
-from tryon_solver.linalg.launch import launch_blocks
+from tryon_solver.linalg.launch import launch, launch_blocks
+from tryon_solver.linalg.warps import WARP, lane_of_warp, lanes_of_warp, sum_of_warp
 
 wp.set_module_options({"enable_backward": False})
 
-BLOCK = 128  # threads to a row of the inverse
 ALONE = 512  # threads of what a single block does
 SMALLEST_CURVATURE = 1.0e-30  # <s, y> [J] below which a pair is rounding, and far below which its inverse overflows
 
@@ -113,18 +113,14 @@ def first_loop_kernel(
 def apply_inverse_kernel(
     inverse: wp.array2d(dtype=wp.float32), q: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.vec3)
 ):
-    """out = Hhat^-1 q, each row by a block of threads."""
-    row, thread = wp.tid()
-    size = q.shape[0]
-    stride = wp.block_dim()
+    """out = Hhat^-1 q, each row by the threads that run in step."""
+    row = wp.tid() // lanes_of_warp()
     total = wp.vec3()
-    k = int(thread)
-    while k < size:
+    for k in range(lane_of_warp(), q.shape[0], lanes_of_warp()):
         total += inverse[row, k] * q[k]
-        k += stride
-    of_row = wp.tile_sum(wp.tile(total, preserve_type=True))
-    if thread == 0:
-        out[row] = of_row[0]
+    total = wp.vec3(sum_of_warp(total[0]), sum_of_warp(total[1]), sum_of_warp(total[2]))
+    if lane_of_warp() == 0:
+        out[row] = total
 
 
 @wp.kernel
@@ -209,14 +205,9 @@ def search_direction(search: ReducedSearch, gradient: wp.array) -> wp.array:
         block_dim=ALONE,
         device=device,
     )
-    launch_blocks(
-        apply_inverse_kernel,
-        search.size,
-        [search.inverse, search.half],
-        [search.direction],
-        block_dim=BLOCK,
-        device=device,
-    )
+    lanes = WARP if wp.get_device(device).is_cuda else 1
+    inputs = [search.inverse, search.half]
+    launch(apply_inverse_kernel, search.size * lanes, inputs, [search.direction], device=device)
     launch_blocks(
         second_loop_kernel,
         1,

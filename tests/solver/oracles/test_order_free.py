@@ -60,7 +60,8 @@ def summed(kind, at, values, order, whole_places):
     """By a processor, in that order, on top of ones; `whole_places` for each sum, or none."""
     dtype, shape, adding, settling = KINDS[kind]
     sums = wp.array(np.ones((PLACES, *shape), np.float32), dtype=dtype, device="cpu")
-    whole = wp.zeros(PLACES * int(np.prod(shape)) * whole_places, dtype=wp.int64, device="cpu")
+    of_each = {(): 1, (3,): 3, (3, 3): 6}[shape]  # a matrix is symmetric
+    whole = wp.zeros(PLACES * of_each * whole_places, dtype=wp.int64, device="cpu")
     given = wp.array(at[order], dtype=wp.int32, device="cpu"), wp.array(values[order], dtype=dtype, device="cpu")
     wp.launch(adding, ADDED, [*given, sums, whole], device="cpu")
     if whole_places:
@@ -75,6 +76,8 @@ def test_no_order_matters(rng, kind):
     """Numbers of six magnitudes and both signs, with which floats end elsewhere."""
     shape = KINDS[kind][1]
     values = (rng.normal(size=(ADDED, *shape)) * 10.0 ** rng.uniform(-3, 3, (ADDED, *shape))).astype(np.float32)
+    if kind == "matrices":
+        values = values + values.transpose(0, 2, 1)
     at = rng.integers(0, PLACES, ADDED).astype(np.int32)
     orders = np.arange(ADDED), rng.permutation(ADDED)
     floats = [summed(kind, at, values, order, 0) for order in orders]
