@@ -15,6 +15,7 @@ from tryon_solver.linalg.gauss_jordan import THREADS
 from tryon_solver.linalg.one_block import ONE_BLOCK
 from tryon_solver.linalg.warps import WARP
 from tryon_solver.subspace.search import ALONE
+from tryon_solver.subspace.search import BLOCK as SEARCH_BLOCK
 
 PACKAGE = "tryon_solver"
 WARPS_OWN = 256  # threads a block; told, since untold it is what a module was called with before
@@ -22,6 +23,7 @@ IN_BLOCKS = (
     (BLOCK, ("linalg.as_one", "linalg.pcg_together", "linalg.turning", "linalg.vectors", "stepping.gradient")),
     (ONE_BLOCK, ("linalg.one_block",)),
     (THREADS, ("linalg.gauss_jordan",)),
+    (SEARCH_BLOCK, ("subspace.search",)),
     (ALONE, ("subspace.search",)),
     (WIDE_BLOCK, ("linalg.ell",)),
     (WARP, ("contact.packets",)),

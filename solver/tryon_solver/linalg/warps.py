@@ -47,17 +47,6 @@ def least_of_warp(value: float) -> float:  # type: ignore[empty-body]
 
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
-    for (int apart = 16; apart > 0; apart >>= 1)
-        value += __shfl_xor_sync(0xffffffffu, value, apart);
-#endif
-    return value;
-""")
-def sum_of_warp(value: float) -> float:  # type: ignore[empty-body]
-    """The sum of the 32 threads' values."""
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
     const int lane = threadIdx.x & 31;
     int upto = wanted;
     for (int apart = 1; apart < 32; apart <<= 1) {

@@ -14,12 +14,14 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.ell import EllMatrix, multiply_wide
-from tryon_solver.linalg.launch import launch, launch_blocks
-from tryon_solver.linalg.warps import WARP, lane_of_warp, lanes_of_warp, sum_of_warp
+from tryon_solver.linalg.launch import launch_blocks
 
 wp.set_module_options({"enable_backward": False})
 
+BLOCK = 128  # threads to ROWS rows of the inverse
+ROWS = wp.constant(4)
 ALONE = 512  # threads of what a single block does
+Totals = wp.types.vector(length=12, dtype=wp.float32)  # of ROWS rows, three each
 SMALLEST_CURVATURE = 1.0e-30  # <s, y> [J] below which a pair is rounding, and far below which its inverse overflows
 
 
@@ -113,14 +115,25 @@ def first_loop_kernel(
 def apply_inverse_kernel(
     inverse: wp.array2d(dtype=wp.float32), q: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.vec3)
 ):
-    """out = Hhat^-1 q, each row by the threads that run in step."""
-    row = wp.tid() // lanes_of_warp()
-    total = wp.vec3()
-    for k in range(lane_of_warp(), q.shape[0], lanes_of_warp()):
-        total += inverse[row, k] * q[k]
-    total = wp.vec3(sum_of_warp(total[0]), sum_of_warp(total[1]), sum_of_warp(total[2]))
-    if lane_of_warp() == 0:
-        out[row] = total
+    """out = Hhat^-1 q, ROWS of it by a block of threads: what is as large as a GPU's cache comes no faster than many
+    reads are under way at once, and q is read once for all of them."""
+    block, thread = wp.tid()
+    size = q.shape[0]
+    stride = wp.block_dim()
+    total = Totals()
+    k = int(thread)
+    while k < size:
+        here = q[k]
+        for n in range(ROWS):
+            weight = inverse[wp.min(ROWS * block + n, size - 1), k]
+            for axis in range(3):
+                total[3 * n + axis] = total[3 * n + axis] + weight * here[axis]
+        k += stride
+    of_rows = wp.tile_sum(wp.tile(total, preserve_type=True))[0]
+    if thread == 0:
+        for n in range(ROWS):
+            if ROWS * block + n < size:
+                out[ROWS * block + n] = wp.vec3(of_rows[3 * n], of_rows[3 * n + 1], of_rows[3 * n + 2])
 
 
 @wp.kernel
@@ -205,9 +218,14 @@ def search_direction(search: ReducedSearch, gradient: wp.array) -> wp.array:
         block_dim=ALONE,
         device=device,
     )
-    lanes = WARP if wp.get_device(device).is_cuda else 1
-    inputs = [search.inverse, search.half]
-    launch(apply_inverse_kernel, search.size * lanes, inputs, [search.direction], device=device)
+    launch_blocks(
+        apply_inverse_kernel,
+        -(-search.size // int(ROWS)),
+        [search.inverse, search.half],
+        [search.direction],
+        block_dim=BLOCK,
+        device=device,
+    )
     launch_blocks(
         second_loop_kernel,
         1,
