@@ -169,6 +169,7 @@ def count_leaving(
 def outside_kernel(
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
+    further: wp.array(dtype=wp.vec3),
     anchor: wp.array(dtype=wp.vec3),
     budget: wp.array(dtype=wp.float32),
     outside_out: wp.array(dtype=wp.int32),
@@ -176,18 +177,22 @@ def outside_kernel(
     """One within a ball at both ends of a straight way is so all along it."""
     i = wp.tid()
     here = x[i] - anchor[i]
-    farthest = wp.max(wp.length_sq(here), wp.length_sq(here + displacement[i]))
-    if farthest > budget[i] * budget[i]:
+    there = here + displacement[i]
+    if wp.max(wp.length_sq(here), wp.length_sq(there)) > budget[i] * budget[i]:
         wp.atomic_add(outside_out, 0, 1)
+    if wp.length_sq(there + further[i]) > budget[i] * budget[i]:
+        wp.atomic_add(outside_out, 1, 1)
 
 
-def outside(x: wp.array, displacement: wp.array, region: Region, counter: wp.array) -> int:
+def outside(x: wp.array, displacement: wp.array, further: wp.array, region: Region) -> tuple[int, int]:
     """How many vertices are further than their budget from their anchors somewhere on the way from x (A,) m along
-    `displacement`, for the host, which waits for it. `counter` (1,) int32 is scratch."""
-    clear(counter)
-    inputs = [x, displacement, region.anchor, region.budget]
-    launch(outside_kernel, len(x), inputs, [counter], device=x.device)
-    return int(read(counter)[0][0])
+    `displacement`, and how many where they would be if they went `further` (A,) m from its end, for the host, which
+    waits for it."""
+    clear(region.outside)
+    inputs = [x, displacement, further, region.anchor, region.budget]
+    launch(outside_kernel, len(x), inputs, [region.outside], device=x.device)
+    now, then = read(region.outside)[0]
+    return int(now), int(then)
 
 
 def leaving(x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, counter: wp.array) -> int:

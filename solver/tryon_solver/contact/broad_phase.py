@@ -285,8 +285,14 @@ def extend(candidates: Candidates, scope: Scope) -> None:
 
     The region's paths must be the same. A budget that has shrunk counts as it was. Waits for the device.
     """
-    begin(candidates, scope, anew=False)
+    launch_extension(candidates, scope)
     settle(candidates, scope, counted(candidates.found[: len(scope.others)]))
+
+
+def launch_extension(candidates: Candidates, scope: Scope) -> None:
+    """Launch what `extend` does, which is done when `settle` is told what was counted, or where there was room for all
+    of it."""
+    begin(candidates, scope, anew=False)
 
 
 def launch_search(candidates: Candidates, scope: Scope) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import warp as wp
 
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.contact.found import Found, room_for
+from tryon_solver.contact.found import SERIALS, Found, room_for
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.device_loop import KeptGraph
@@ -71,7 +71,7 @@ class Candidates:
     finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, `searches` its launches,
     for what is not on the list and anew. `most` is how long the list was since there was too much room for it, and
     `fillings` how often it was filled since; `quiet` counts the steps and searches since there was any. `fits` and
-    `end` (1,) int32 are of taking over what was found (taking_over.py).
+    `end` (1,) int32 are of taking over what was found (taking_over.py). `serial` is as in Found.
     """
 
     ids: wp.array
@@ -83,6 +83,7 @@ class Candidates:
     fits: wp.array
     end: wp.array
     capacity: int
+    serial: int
     found: list[Found]
     size: int = 0
     near_size: int = 0
@@ -104,6 +105,7 @@ class Candidates:
             wp.zeros(1, dtype=wp.int32, device=device),
             wp.zeros(1, dtype=wp.int32, device=device),
             capacity,
+            next(SERIALS),
             [],
         )
 
@@ -160,8 +162,8 @@ class Candidates:
 
     @property
     def places(self) -> tuple[object, ...]:
-        """Where the list and the broad phase's scratch are, and how far they go."""
-        return self.ids.ptr, self.capacity, *(one.place for one in self.found)
+        """Others where the list's arrays or the broad phase's scratch are others."""
+        return self.serial, *(one.serial for one in self.found)
 
     @property
     def threads(self) -> int:

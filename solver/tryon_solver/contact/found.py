@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 import warp as wp
@@ -17,6 +18,7 @@ STENCILS = wp.constant(2)
 MOST = 1 << 28  # pairs or stencils: 6 GiB, and half of that again while it is made
 
 
+SERIALS = count()  # of lists: where one was, another of its length may come to lie in part
 LEAST = 1 << 12  # room of a list
 
 
@@ -36,8 +38,8 @@ class Found:
     `kind` and `distance` as in Candidates.
 
     `counts` (3,) int32, how many of each, by the places above, which may be more than there is room for; `start` (1,)
-    int32, where on the list of candidates a GPU puts them; `most` is how many pairs and stencils there were at most
-    since that was asked last.
+    int32, where on the list of candidates a GPU puts them; `serial` is another number for each that was ever allocated;
+    `most` is how many pairs and stencils there were at most since that was asked last.
     """
 
     triangles: wp.array
@@ -48,6 +50,7 @@ class Found:
     distance: wp.array
     counts: wp.array
     start: wp.array
+    serial: int
     most: tuple[int, int] = (0, 0)
 
     @staticmethod
@@ -62,16 +65,12 @@ class Found:
             wp.zeros(stencils, dtype=wp.float32, device=device),
             wp.zeros(3, dtype=wp.int32, device=device),
             wp.zeros(1, dtype=wp.int32, device=device),
+            next(SERIALS),
         )
 
     def holds(self, pairs: int, stencils: int) -> bool:
         """Is there room for so many?"""
         return 0 <= pairs <= len(self.triangles) and 0 <= stencils <= len(self.ids)
-
-    @property
-    def place(self) -> tuple[int, ...]:
-        """Where it is and how far it goes: another once there was too little room."""
-        return self.triangles.ptr, len(self.triangles), self.ids.ptr, len(self.ids)
 
     def with_room(self, pairs: int, stencils: int) -> Found:
         """Itself, or in its place one with room for so many. Raises CrowdedError where no memory would do."""

@@ -20,20 +20,22 @@ class Region:
     """Where a candidate list is complete: while every vertex i is within `budget`[i] m of `anchor`[i], both (A,).
 
     A search may be made for anchors that move on straight paths from `centre` - `half_way` to `centre` + `half_way`,
-    all at once; whoever moves them keeps `anchor` where they are.
+    all at once; whoever moves them keeps `anchor` where they are. `outside` (2,) int32 is scratch, to count in.
     """
 
     anchor: wp.array
     budget: wp.array
     centre: wp.array
     half_way: wp.array
+    outside: wp.array
 
     @staticmethod
     def allocate(count: int, device: str) -> Region:
         def vectors() -> wp.array:
             return wp.zeros(count, dtype=wp.vec3, device=device)
 
-        return Region(vectors(), wp.zeros(count, dtype=wp.float32, device=device), vectors(), vectors())
+        budget = wp.zeros(count, dtype=wp.float32, device=device)
+        return Region(vectors(), budget, vectors(), vectors(), wp.zeros(2, dtype=wp.int32, device=device))
 
     def surround(self, x: wp.array, direction: wp.array, slack: float) -> None:
         """Let it be of all that go from x (A,) m along `direction`, wherever each stops, and stray by `slack` m."""
@@ -55,8 +57,9 @@ class Region:
         inputs = [self.centre, self.half_way]
         launch(anchor_kernel, len(self.centre), inputs, [self.anchor], device=self.centre.device)
 
-    def grant(self, x: wp.array, direction: wp.array, alpha: wp.array, slack: float, most: float) -> None:
-        """Grant who leaves it by `alpha` times `direction` from x the way there and `slack` m, `most` m at a time."""
+    def grant(self, x: wp.array, direction: wp.array, alpha: wp.array, slack: float, most: wp.array) -> None:
+        """Grant who leaves it by `alpha` times `direction` from x the way there and `slack` m, `most` (1,) m at a time.
+        """
         inputs = [x, direction, alpha, self.anchor, slack, most]
         launch(raise_kernel, len(x), inputs, [self.budget], device=x.device)
 
@@ -130,14 +133,14 @@ def raise_kernel(
     alpha: wp.array(dtype=wp.float32),
     anchor: wp.array(dtype=wp.vec3),
     slack: float,
-    most: float,
+    most: wp.array(dtype=wp.float32),
     budget: wp.array(dtype=wp.float32),
 ):
     """Who would leave is granted the way there and the slack, `most` at a time."""
     i = wp.tid()
     far = wp.length(x[i] + alpha[i] * direction[i] - anchor[i])
     if far > budget[i]:
-        budget[i] = wp.min(far + slack, budget[i] + most)
+        budget[i] = wp.min(far + slack, budget[i] + most[0])
 
 
 @wp.kernel

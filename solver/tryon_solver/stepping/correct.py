@@ -30,6 +30,13 @@ from tryon_solver.linalg.side_by_side import side_by_side
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.coast import keep_momentum
 from tryon_solver.stepping.ending import end_if_well, ends_by_itself, told_at_end
+from tryon_solver.stepping.extend import (
+    LISTED,
+    extend_if_leaving,
+    extends_by_itself,
+    make_room_for_extension,
+    note_extensions,
+)
 from tryon_solver.stepping.gradient import (
     add_contact_gradient,
     cloth_gradient,
@@ -152,6 +159,7 @@ def choose_start(sim: Simulation) -> None:
     if sim.touching:
         work.alpha.fill_(1.0)
         bounds.count_leaving(state.x, sim.to_trial, work.alpha, sim.region, progress.leaving)
+        extend_if_leaving(sim, sim.to_trial, starting=True)
 
     def attempt() -> None:
         wp.copy(work.direction, sim.to_trial)
@@ -361,7 +369,8 @@ def iterate_newton(
     `choose_start` takes. Where they end as they should a GPU is to `conclude` the step, if that is given."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
-    progress.begin(allowed.at_most, extensions, searches_left(sim), starting)
+    searches = searches_left(sim)
+    progress.begin(allowed.at_most, extensions, searches, starting)
     more = sim.pace.more(0, sim.candidates.size)  # which is seldom less than its budget: else nothing is launched
     if more is not None and (settings.deadline is not None or more.at_most < allowed.at_most * (1 + extensions)):
         allow(sim, more, least=0)
@@ -384,18 +393,27 @@ def iterate_newton(
 
     while True:
         budget.graph.run(run, (conclude is None, *baked(sim)), sim.device)
-        outcome = progress.read(sim.pairs, {} if conclude is None else told_at_end(sim))
-        if outcome.wants_search and outcome.starting and not judged and trial_is_in_vain(sim):
+        told = {} if conclude is None else told_at_end(sim)
+        if extends_by_itself(sim):
+            told[LISTED] = sim.candidates.count
+        outcome = progress.read(sim.pairs, told)
+        if LISTED in told:
+            note_extensions(sim, searches, outcome)
+        if outcome.wants_search and outcome.starting and not (judged or outcome.unfitted) and trial_is_in_vain(sim):
+            searches = outcome.searches
             linearise_at(sim)
             progress.start_here()
-        elif outcome.wants_search:
-            judged = outcome.starting
-            wanted = sim.to_trial if outcome.starting else sim.work.direction
-            search_further(sim, wanted, sim.work.alpha, a_few_edges(sim, outcome.leaving))
-            progress.resume(searches_left(sim), outcome.starting)
-        elif outcome.wants_room:
-            make_room(sim, outcome)
-            progress.resume(searches_left(sim), outcome.starting)
+        elif outcome.wants_search or outcome.wants_room:
+            if outcome.unfitted:
+                make_room_for_extension(sim)
+            elif outcome.wants_search:
+                judged = outcome.starting
+                wanted = sim.to_trial if outcome.starting else sim.work.direction
+                search_further(sim, wanted, sim.work.alpha, a_few_edges(sim, outcome.leaving))
+            else:
+                make_room(sim, outcome)
+            searches = searches_left(sim)
+            progress.resume(searches, outcome.starting)
         else:
             break
         least = 0 if outcome.wants_search and not outcome.starting else 1  # no direction waits to be taken
@@ -444,6 +462,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
     if sim.touching:
         work.alpha.fill_(1.0)
         bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, progress.leaving)
+        extend_if_leaving(sim, work.direction, starting=False)
 
     def move() -> None:
         wp.copy(work.wanted, work.direction)

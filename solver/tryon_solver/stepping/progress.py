@@ -55,7 +55,9 @@ LEAVING_TO_TRIAL = wp.constant(21)  # vertices that the way to the trial takes o
 ENDED_WELL = wp.constant(22)  # 1 if the correction has ended as it should (ending.py); a condition, as is
 CONCLUDED = wp.constant(23)  # 1 if what it ended with has passed the check of a commit, and all else is done by then
 IN_TIME = wp.constant(24)  # iterations left before a deadline: later than that, one that is late enough is the last
-PLACES = 25
+EXTENDING = wp.constant(25)  # 1 if the list is to be extended (extend.py); a condition; and
+UNFITTED = wp.constant(26)  # 1 if what was found had no room on it
+PLACES = 27
 
 LED_ASTRAY = wp.constant(10.0)  # so many times as far from balance as where the first iteration began
 
@@ -81,7 +83,8 @@ SLOPE = wp.constant(14)  # of the potential along the move, where it begins [J]
 STRIDE = wp.constant(15)  # times Newton's direction, that the next iteration goes (stride.py)
 FREE_SLOPE = wp.constant(16)  # of the potential where the move begins, along what of it went all its way [J]
 CARRIED = wp.constant(17)  # the most that carrying stretched a triangle by in this step (halve.py)
-LENGTHS = 18
+FURTHER = wp.constant(18)  # how much further an extension may reach (extend.py)
+LENGTHS = 19
 
 
 @wp.kernel
@@ -119,7 +122,7 @@ def decide_to_try_kernel(state: wp.array(dtype=wp.int32)):
     """How many leave is kept: the rest of the turn counts anew, for a direction that there is not yet."""
     state[TRYING] = 1
     state[LEAVING_TO_TRIAL] = state[LEAVING]
-    if state[LEAVING] > 0 and state[SEARCHES] > 0:
+    if (state[LEAVING] > 0 and state[SEARCHES] > 0) or state[UNFITTED] == 1:
         state[TRYING] = 0
         state[NO_DIRECTION] = 0
         state[GOING_ON] = 0
@@ -259,8 +262,9 @@ class Outcome:
     another, or HARDLY_NEARER to it than the first ones and with long moves to come; how far from balance [J] the
     nearest began, the first, and the last; the largest stretch, where it is measured; and whether the last
     direction was near enough, where that is asked; whether the device has ended the step by itself (ending.py);
-    what carrying stretched a triangle by, at most, before the step was solved; and the figures that were read with it,
-    which are the report's (report.py) if the device has.
+    what carrying stretched a triangle by, at most, before the step was solved; how many further searches are left, and
+    whether the last had no room for what it found (extend.py); and the figures that were read with it, which are the
+    report's (report.py) if the device has.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -281,6 +285,8 @@ class Outcome:
     near: bool
     concluded: bool
     carried: float
+    searches: int
+    unfitted: bool
     figures: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
@@ -326,6 +332,16 @@ class Progress:
     def leaving(self) -> wp.array:
         """Where to count the vertices that the direction takes out of the region."""
         return self.numbers[LEAVING]
+
+    @property
+    def extending(self) -> wp.array:
+        """(1,) int32 condition: is the list to be extended?"""
+        return self.numbers[EXTENDING]
+
+    @property
+    def further(self) -> wp.array:
+        """(1,) m, how much further an extension may reach."""
+        return self.ways[FURTHER]
 
     @property
     def trial(self) -> wp.array:
@@ -450,8 +466,8 @@ class Progress:
         """What the loop ended for is done; so many further searches are left. If it is still `starting`, the iteration
         begins anew."""
         self.numbers[GOING_ON].fill_(1)
-        self.numbers[WANTS_SEARCH].zero_()
-        self.numbers[WANTS_ROOM].zero_()
+        for done in (WANTS_SEARCH, WANTS_ROOM, UNFITTED):
+            self.numbers[done].zero_()
         if starting:
             self.numbers[NO_DIRECTION].fill_(1)
         self.numbers[SEARCHES].fill_(searches)
@@ -491,6 +507,8 @@ class Progress:
             near,
             concluded,
             carried,
+            int(state[5]),
+            bool(state[26]),
             named,
         )
 

@@ -128,7 +128,8 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
     if not sim.candidates.size:
         furthest = sim.progress.ways[LEAST]
         sim.region.stay_near(state.x, state.x_feasible, sim.work.least, furthest, search_slack(sim))
-    sim.region.grant(state.x, direction, alpha, search_slack(sim), most)
+    sim.progress.further.fill_(most)
+    sim.region.grant(state.x, direction, alpha, search_slack(sim), sim.progress.further)
     broad_phase.extend(sim.candidates, scope(sim, sim.state.x))
     wp.copy(sim.x_listed, sim.state.x)
     sim.searches += 1
@@ -153,10 +154,13 @@ def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
     with it (stencils are told by distances, which that leaves as they are), for LONGEST_SERVED steps at most: each
     rounds the anchors once more, and what budgets have grown to would never shrink. So one that was
     extended serves no further step: of what falls or is blown, budgets and list would grow from step to step.
+
+    Nor does it serve where MANY vertices are outside if the solve moves them as it did in the last step.
     """
     if sim.list_age >= LONGEST_SERVED:
         return False
-    if bounds.outside(x, direction, sim.region, sim.work.hits):
+    outside, expected = bounds.outside(x, direction, sim.solved, sim.region)
+    if outside or many(sim, expected):
         sim.held, sim.rests = 0, False
         return False
     candidates.measure(sim.candidates, x)
