@@ -15,7 +15,8 @@ _beside: dict[str, wp.Stream] = {}  # of each device, what the second of two cha
 
 def side_by_side(device: str | wp.Device, first: Callable[[], None], second: Callable[[], None]) -> None:
     """Launch what both launch, neither of which writes what the other one reads or writes. Within a graph that is
-    recorded they are two branches of it; there the second must have no conditions. Else one follows the other."""
+    recorded they are two branches of it; there the second must have no conditions, and no other thread may record for
+    the device meanwhile. Else one follows the other."""
     on = wp.get_device(device)
     if not (on.is_cuda and on.is_capturing):
         first()
