@@ -27,7 +27,7 @@ sys.path[:0] = [str(ROOT / folder) for folder in ("solver/bench", "solver", "tes
 
 from bench_table import markdown, row  # noqa: E402
 from figures import of_all  # noqa: E402
-from peer_case import OTHERS, PEER_SCENES, PRESETS, PeerCase  # noqa: E402
+from peer_case import FPS, OTHERS, PEER_SCENES, PRESETS, PeerCase  # noqa: E402
 from peer_table import row as peer_row  # noqa: E402
 from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
@@ -214,6 +214,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 def about(options: argparse.Namespace) -> dict[str, str]:
     """What the table was made with."""
     ended = f", or as much of it as comes in {options.longest:g} s" if math.isfinite(options.longest) else ""
+    ended += f"; {FPS:g} a second in the scenes of other solvers" if options.peers is not None else ""
     return {
         "machine": machine_of(options.device),
         "commit": commit_of(ROOT),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 PEER_SCENES = ("sphere-drop", "limb-tube")
+FPS = 60.0  # of the scenes
 PRESETS = ("draft", "live", "fit")
 NEWTON = ("vbd", "style3d", "xpbd")
 OTHERS = (*NEWTON, "uipc")

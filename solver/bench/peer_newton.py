@@ -13,7 +13,8 @@ import newton
 import numpy as np
 import warp as wp
 from newton_cloth import SUBSTEP, add_cloth, chosen, touched, with_contact
-from peer_scenes import FPS, PeerScene
+from peer_case import FPS
+from peer_scenes import PeerScene
 
 from tryon_solver.scene import Gravity
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import warp as wp
-from peer_scenes import FPS, PeerScene
+from peer_case import FPS
+from peer_scenes import PeerScene
 
 from tryon_solver import PRESETS
 from tryon_solver.simulation import build

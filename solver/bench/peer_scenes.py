@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from contact_scenes import tube
+from peer_case import FPS
 from scipy.spatial.transform import Rotation
 from small_scenes import icosphere, sheet
 
@@ -22,7 +23,6 @@ from tryon_solver.geometry.garment import Garment
 from tryon_solver.scene import WORN, Effect, Pins, Scene
 
 Part = tuple[np.ndarray, np.ndarray]
-FPS = 60.0
 MOVES = 2 / 3  # of the time; then everything stands
 BALL, DROP, SIDE = 0.3, 0.05, 1.0  # m
 LIMB, SLEEVE, LENGTH, REACH = 0.05, 0.065, 0.6, 0.4  # m; REACH: from the elbow to a capsule's far middle

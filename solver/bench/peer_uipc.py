@@ -17,7 +17,8 @@ import tempfile
 
 import numpy as np
 import uipc
-from peer_scenes import FPS, PeerScene
+from peer_case import FPS
+from peer_scenes import PeerScene
 from scipy.spatial.transform import Rotation
 from uipc import builtin, view
 from uipc.constitution import (

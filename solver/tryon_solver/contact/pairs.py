@@ -75,7 +75,6 @@ class ContactPairs:
             capacity,
         )
 
-
     def make_room(self, count: int) -> None:
         """For so many: where there is less, all that is known of any is lost."""
         if count > self.capacity:

@@ -46,7 +46,8 @@ class Upload:
         seen[...] = values
 
     def fetch(self) -> None:
-        """A launch, for a graph to repeat, but not on a condition: the array has what was written last."""
+        """A launch, for a graph to repeat: the array has what was written last. Not on a condition, where a graph has
+        no events: by one, which happens in each of its launches, `write` knows that it may write again."""
         if self._staged is None:
             return
         launch(fetch_kernel, len(self._words), [self._words], [self._words_out], device=self.device)

@@ -337,6 +337,8 @@ def ended_astray(sim: Simulation, outcome: Outcome) -> bool:
         return False
     if not outcome.near:
         return True
+    if sim.touching and not sim.candidates.idle:
+        sim.candidates.size_near_list()  # a graph has made it, and nobody has asked how long it is
     look_around(sim, near=True)
     return imbalance(sim) > outcome.last
 

@@ -46,7 +46,8 @@ def a_few_edges(sim: Simulation, leaving: int) -> float:
     leave their balls.
 
     Stencils within reach grow with its square, PER_EDGE for each that reaches an edge; how far they reach, that length
-    of the list tells: where all of a garment goes far at once, no further than the list may grow.
+    of the list tells: where all of a garment goes far at once, no further than the list may grow. A GPU that extends
+    the list by itself works it out likewise (extend.py: decide_kernel).
     """
     count, size = sim.cloth_count, sim.candidates.size
     reached_sq, room = size / (PER_EDGE * count), max(CROWDED * count - size, 0)

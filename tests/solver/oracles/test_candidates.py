@@ -221,8 +221,10 @@ def test_what_is_far_apart_is_granted_half_of_what_is_between_unless_somebody_ma
     assert (after[:count, None] + after[None, count:] + reach <= between).all()
 
 
-def test_a_list_that_is_extended_is_complete_and_has_nothing_twice(tangle, rng):
+@pytest.mark.parametrize("which", ["tangle", "fine_tangle"])
+def test_a_list_that_is_extended_is_complete_and_has_nothing_twice(which, rng, request):
     """A few vertices, of the cloth and of the ball, are granted more, twice; the rest keep what they have."""
+    tangle = request.getfixturevalue(which)
     sim = tangle.sim
     x = crumple(tangle, rng)
     tangle.set_motion(x, tangle.throw(rng, 0.004))
@@ -246,6 +248,21 @@ def test_a_list_that_is_extended_is_complete_and_has_nothing_twice(tangle, rng):
     for _ in range(2 * SAMPLES):
         closest = np.minimum(closest, tangle.distances(anchor + stray(rng, budget)))
     check_complete(tangle, found, closest)
+
+
+def test_no_list_is_taken_for_one_before_it():
+    """Though it is as long, and may lie where that lay: graphs are kept by what tells them apart."""
+    listed = candidates.Candidates.allocate(64, "cpu")
+    listed.found = [Found.allocate(64, 64, "cpu"), Found.allocate(64, 64, "cpu")]
+    assert listed.found[0].with_room(64, 64) is listed.found[0]
+    told = {listed.places}
+    for k in range(8):
+        if k % 2:
+            listed.found[1] = Found.allocate(64, 64, "cpu")
+        else:
+            listed = listed.of_room(64)
+        told.add(listed.places)
+    assert len(told) == 9
 
 
 @pytest.mark.parametrize("settled", [False, True])

@@ -24,6 +24,13 @@ def device():
     return "cuda:0"
 
 
+def rows_of(candidates):
+    """(C, 5) kinds and vertices of all that is listed, in an order of their own, each as often as it is."""
+    kind, ids = (one.numpy()[: candidates.size] for one in (candidates.kind, candidates.ids))
+    rows = np.column_stack([kind, ids])
+    return rows[np.lexsort(rows.T)]
+
+
 def without_room(sim):
     """Let there be room for what is on the list, and no more."""
     exact = sim.candidates.of_room(sim.candidates.size)
@@ -32,7 +39,7 @@ def without_room(sim):
 
 
 def play(monkeypatch, device, by_itself, crowded=False):
-    """Frames (T, N, 3) m, the lists in each as sorted ids, and how often the host extended one, the device did, and the
+    """Frames (T, N, 3) m, the lists in each, and how often the host extended one, the device did, and the
     host made room for what that found. `crowded`: there is never room for any more."""
     garment, x = sheet(15, 15, 0.3, 0.3)
     ball, faces = icosphere(0.1, 3)
@@ -63,7 +70,7 @@ def play(monkeypatch, device, by_itself, crowded=False):
         for k in range(1, FRAMES + 1):
             sim.advance(STILL, k * DT)
             cloth.append(sim.cloth_positions())
-            lists.append(np.unique(sim.candidates.ids.numpy()[: sim.candidates.size], axis=0))
+            lists.append(rows_of(sim.candidates))
     return np.array(cloth), lists, len(by_host), sum(by_device), len(rooms)
 
 

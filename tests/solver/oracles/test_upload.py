@@ -34,11 +34,14 @@ def test_what_is_fetched_is_what_was_written(device, kind, shape):
 
 
 def test_nothing_is_written_over_before_it_is_fetched(device):
-    """By a graph that is launched again and again, with nobody who waits for it, and behind others' work."""
+    """By a graph that is launched again and again, with nobody who waits for it, and that comes to it long after a
+    processor has gone on."""
     array = wp.zeros(COUNT, dtype=wp.float32, device=device)
     sums, upload, graph = wp.zeros(COUNT, dtype=wp.float32, device=device), Upload(array), KeptGraph()
+    spun = wp.zeros(1, dtype=wp.float32, device=device)
 
     def body():
+        wp.launch(spin_kernel, 1, [20000 if device != "cpu" else 1], [spun], device=device)  # some ms
         upload.fetch()
         wp.launch(add_kernel, COUNT, [array], [sums], device=device)
 
@@ -64,6 +67,14 @@ def test_two_branches_follow_what_was_before_and_come_before_what_follows(device
     KeptGraph().run(body, None, device)
     np.testing.assert_array_equal(b.numpy(), np.full(COUNT, 1000.0, np.float32))
     np.testing.assert_array_equal(a.numpy(), np.full(COUNT, 1000.0 * 999.0 / 2.0, np.float32))
+
+
+@wp.kernel
+def spin_kernel(times: int, out: wp.array(dtype=wp.float32)):
+    total = out[0]
+    for k in range(times):
+        total = wp.sin(total) + float(k)
+    out[0] = total
 
 
 @wp.kernel
