@@ -14,7 +14,7 @@ import warp as wp
 
 from tryon_solver.contact.candidates import Candidates
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.contact.found import CLOSE, STENCILS, Found, counted
+from tryon_solver.contact.found import CLOSE, STENCILS, Counts, Found, counted
 from tryon_solver.contact.region import Region
 from tryon_solver.contact.surfaces import Reach, Side, Surface, reach_of_stencil
 from tryon_solver.contact.taking_over import take_over
@@ -196,7 +196,7 @@ def take_apart_kernel(
 
     A pair has three as a rule, and up to 15: with a thread for each pair most would wait for one that has many.
     """
-    count = counts[CLOSE]
+    count = wp.min(counts[CLOSE], close.shape[0])
     for begun in range(wp.tid() - lane_of_warp(), count, threads):
         entry = begun + lane_of_warp()
         edges = int(0)
@@ -304,7 +304,8 @@ def begin(candidates: Candidates, scope: Scope, anew: bool) -> None:
     """Launch a search, `anew` or for what is not on the list."""
     device = wp.get_device(scope.x.device)
     while len(candidates.found) < len(scope.others):
-        candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
+        rooms = candidates.capacity, candidates.capacity, candidates.capacity
+        candidates.found.append(Found.allocate(rooms, str(device)))
     found = candidates.found[: len(scope.others)]
 
     def search(k: int) -> None:
@@ -327,21 +328,21 @@ def begin(candidates: Candidates, scope: Scope, anew: bool) -> None:
         search_all()  # which builds the trees
 
 
-def settle(candidates: Candidates, scope: Scope, counts: Sequence[tuple[int, int]]) -> bool:
-    """End a search that counted so many pairs of triangles and stencils of each surface: was there room for all? Else
-    there is now, and they are on the list as well."""
-    total = candidates.size + sum(stencils for _, stencils in counts)
+def settle(candidates: Candidates, scope: Scope, counts: Sequence[Counts]) -> bool:
+    """End a search that counted so many of each surface: was there room for all? Else there is now, and they are on the
+    list as well."""
+    total = candidates.size + sum(stencils for *_, stencils in counts)
     found = candidates.found
-    room = all(found[k].with_room(*counted) is found[k] for k, counted in enumerate(counts))
+    room = all(found[k].with_room(counted) is found[k] for k, counted in enumerate(counts))
     if wp.get_device(scope.x.device).is_cuda and room and total <= candidates.capacity:
         candidates.know_size(total)
         return True
-    for k, (pairs, stencils) in enumerate(counts):
-        while (roomier := candidates.found[k].with_room(pairs, stencils)) is not candidates.found[k]:
+    for k, of_surface in enumerate(counts):
+        while (roomier := candidates.found[k].with_room(of_surface)) is not candidates.found[k]:
             candidates.found[k] = roomier
             scope.search(roomier, k, anew=False)
-            ((pairs, stencils),) = counted([roomier])
-        candidates.append(candidates.found[k], stencils)
+            (of_surface,) = counted([roomier])
+        candidates.append(candidates.found[k], of_surface[-1])
     return False
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import warp as wp
 
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.contact.found import SERIALS, Found, room_for
+from tryon_solver.contact.found import NONE, SERIALS, Found, room_for
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.device_loop import KeptGraph
@@ -158,7 +158,7 @@ class Candidates:
         are put on have forty times the stencils of worn ones."""
         self.most, self.fillings = 0, FILLINGS - SOON
         for one in self.found:
-            one.most = 0, 0
+            one.most = NONE
 
     @property
     def places(self) -> tuple[object, ...]:

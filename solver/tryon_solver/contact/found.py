@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import count
 
@@ -15,6 +15,8 @@ PAIRS = wp.constant(0)
 CLOSE = wp.constant(1)
 STENCILS = wp.constant(2)
 
+Counts = tuple[int, int, int]  # by these places
+NONE = (0, 0, 0)
 MOST = 1 << 28  # pairs or stencils: 6 GiB, and half of that again while it is made
 
 
@@ -39,7 +41,7 @@ class Found:
 
     `counts` (3,) int32, how many of each, by the places above, which may be more than there is room for; `start` (1,)
     int32, where on the list of candidates a GPU puts them; `serial` is another number for each that was ever allocated;
-    `most` is how many pairs and stencils there were at most since that was asked last.
+    `most` is how many there were at most since that was asked last.
     """
 
     triangles: wp.array
@@ -51,15 +53,16 @@ class Found:
     counts: wp.array
     start: wp.array
     serial: int
-    most: tuple[int, int] = (0, 0)
+    most: Counts = NONE
 
     @staticmethod
-    def allocate(pairs: int, stencils: int, device: str) -> Found:
-        """Nothing yet, with room for so many pairs of triangles and stencils."""
+    def allocate(rooms: Counts, device: str) -> Found:
+        """Nothing yet, with room for so many pairs of triangles, close ones among them, and stencils."""
+        pairs, close, stencils = rooms
         return Found(
             wp.zeros(pairs, dtype=wp.vec2i, device=device),
-            wp.zeros(pairs, dtype=wp.vec2i, device=device),
-            wp.zeros(pairs, dtype=wp.vec2, device=device),
+            wp.zeros(close, dtype=wp.vec2i, device=device),
+            wp.zeros(close, dtype=wp.vec2, device=device),
             wp.zeros(stencils, dtype=wp.vec4i, device=device),
             wp.zeros(stencils, dtype=wp.int32, device=device),
             wp.zeros(stencils, dtype=wp.float32, device=device),
@@ -68,37 +71,47 @@ class Found:
             next(SERIALS),
         )
 
-    def holds(self, pairs: int, stencils: int) -> bool:
-        """Is there room for so many?"""
-        return 0 <= pairs <= len(self.triangles) and 0 <= stencils <= len(self.ids)
+    @property
+    def rooms(self) -> Counts:
+        """For how many of each there is room."""
+        return len(self.triangles), len(self.close), len(self.ids)
 
-    def with_room(self, pairs: int, stencils: int) -> Found:
+    def with_room(self, counts: Counts) -> Found:
         """Itself, or in its place one with room for so many. Raises CrowdedError where no memory would do."""
-        if max(pairs, stencils) > MOST or min(pairs, stencils) < 0:  # more than 2^31 are counted as below none
+        if max(counts) > MOST or min(counts) < 0:  # more than 2^31 are counted as below none
             raise CrowdedError(
                 f"over {MOST} contacts are in reach of one step: take shorter steps, a slower motion or a coarser mesh"
             )
-        self.most = max(self.most[0], pairs), max(self.most[1], stencils)
-        if self.holds(pairs, stencils):
+        self.most = each(max, self.most, counts)
+        if all(count <= room for count, room in zip(counts, self.rooms)):
             return self
-        return Found.allocate(
-            max(len(self.triangles), room_for(pairs)), max(len(self.ids), room_for(stencils)), str(self.ids.device)
-        )
+        return Found.allocate(each(max, self.rooms, rooms_for(counts)), str(self.ids.device))
 
     def with_less_room(self) -> Found:
         """Itself, or in its place one with room for what was found at most since this was asked last."""
-        pairs, stencils = (room_for(count) for count in self.most)
-        self.most = 0, 0
-        if pairs >= len(self.triangles) and stencils >= len(self.ids):
-            return self
-        return Found.allocate(min(pairs, len(self.triangles)), min(stencils, len(self.ids)), str(self.ids.device))
+        wanted = each(min, self.rooms, rooms_for(self.most))
+        self.most = NONE
+        return self if wanted == self.rooms else Found.allocate(wanted, str(self.ids.device))
 
 
-def counted(found: Sequence[Found]) -> list[tuple[int, int]]:
-    """How many pairs of triangles and stencils there are of each, or should be. Waits for the device, once."""
+def each(choose: Callable[[int, int], int], one: Counts, other: Counts) -> Counts:
+    """The three chosen of two by two."""
+    pairs, close, stencils = map(choose, one, other)
+    return pairs, close, stencils
+
+
+def rooms_for(counts: Counts) -> Counts:
+    """How long lists are made that have to hold so many."""
+    pairs, close, stencils = map(room_for, counts)
+    return pairs, close, stencils
+
+
+def counted(found: Sequence[Found]) -> list[Counts]:
+    """How many there are of each, or should be. Waits for the device, once."""
     return [counts_of(counts) for counts in read(*(one.counts for one in found))]
 
 
-def counts_of(counts: np.ndarray) -> tuple[int, int]:
-    """How many pairs of triangles and stencils there are, of `counts` (3,) that have been read."""
-    return int(counts[PAIRS]), int(counts[STENCILS])
+def counts_of(counts: np.ndarray) -> Counts:
+    """How many pairs of triangles, close ones among them, and stencils there are, of `counts` (3,) that have been
+    read."""
+    return int(counts[PAIRS]), int(counts[CLOSE]), int(counts[STENCILS])

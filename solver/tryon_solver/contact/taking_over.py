@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import warp as wp
 
 from tryon_solver.contact.candidates import Candidates
-from tryon_solver.contact.found import PAIRS, STENCILS, Found
+from tryon_solver.contact.found import CLOSE, PAIRS, STENCILS, Found
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.launch import launch
 
@@ -28,6 +28,7 @@ def begin_kernel(count: wp.array(dtype=wp.int32), fits: wp.array(dtype=wp.int32)
 def fit_kernel(
     counts: wp.array(dtype=wp.int32),
     pairs_room: int,
+    close_room: int,
     stencils_room: int,
     capacity: int,
     fits: wp.array(dtype=wp.int32),
@@ -37,7 +38,10 @@ def fit_kernel(
     """Where on the list these begin, and whether there is room for them and was for all that they were found of."""
     found = counts[STENCILS]
     start_out[0] = end[0]
-    if counts[PAIRS] < 0 or counts[PAIRS] > pairs_room or found < 0 or found > wp.min(stencils_room, capacity - end[0]):
+    pairs = counts[PAIRS]
+    close = counts[CLOSE]
+    held = pairs >= 0 and pairs <= pairs_room and close >= 0 and close <= close_room
+    if not held or found < 0 or found > wp.min(stencils_room, capacity - end[0]):
         fits[0] = 0
         return
     end[0] = end[0] + found
@@ -82,7 +86,7 @@ def take_over(candidates: Candidates, found: Sequence[Found]) -> None:
     fits, end = candidates.fits, candidates.end
     launch(begin_kernel, 1, [candidates.count], [fits, end], device=device)
     for one in found:
-        rooms = [len(one.triangles), len(one.ids), candidates.capacity]
+        rooms = [*one.rooms, candidates.capacity]
         launch(fit_kernel, 1, [one.counts, *rooms], [fits, end, one.start], device=device)
     for one in found:
         threads = min(len(one.ids), MOST_THREADS)

@@ -251,8 +251,9 @@ def keep_close_kernel(
         between = in_question(own, other, pair[0], pair[1], same, reach, group, centre, half_way)
         if between[1] >= 0.0:
             slot = next_slot(counts, CLOSE)
-            close_out[slot] = pair
-            between_out[slot] = between
+            if slot < close_out.shape[0]:
+                close_out[slot] = pair
+                between_out[slot] = between
 
 
 def pair_triangles(

@@ -20,7 +20,7 @@ from tryon_solver.linalg.vectors import scale_each, subtract
 from tryon_solver.stepping.progress import LEAST
 
 if TYPE_CHECKING:
-    from tryon_solver.contact.found import Found
+    from tryon_solver.contact.found import Counts, Found
     from tryon_solver.contact.region import Region
     from tryon_solver.simulation import Simulation
 
@@ -200,7 +200,7 @@ def launch_search(sim: Simulation, x: wp.array) -> None:
     wp.copy(sim.x_listed, x)
 
 
-def end_search(sim: Simulation, counts: Sequence[tuple[int, int]]) -> bool:
+def end_search(sim: Simulation, counts: Sequence[Counts]) -> bool:
     """The list is filled; was there room for all that was counted? Else nothing was on it until now."""
     fitted = broad_phase.settle(sim.candidates, scope(sim, sim.x_listed), counts)
     sim.candidates.look_back()

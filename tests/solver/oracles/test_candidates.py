@@ -253,12 +253,13 @@ def test_a_list_that_is_extended_is_complete_and_has_nothing_twice(which, rng, r
 def test_no_list_is_taken_for_one_before_it():
     """Though it is as long, and may lie where that lay: graphs are kept by what tells them apart."""
     listed = candidates.Candidates.allocate(64, "cpu")
-    listed.found = [Found.allocate(64, 64, "cpu"), Found.allocate(64, 64, "cpu")]
-    assert listed.found[0].with_room(64, 64) is listed.found[0]
+    rooms = 64, 64, 64
+    listed.found = [Found.allocate(rooms, "cpu"), Found.allocate(rooms, "cpu")]
+    assert listed.found[0].with_room(rooms) is listed.found[0]
     told = {listed.places}
     for k in range(8):
         if k % 2:
-            listed.found[1] = Found.allocate(64, 64, "cpu")
+            listed.found[1] = Found.allocate(rooms, "cpu")
         else:
             listed = listed.of_room(64)
         told.add(listed.places)
@@ -425,10 +426,10 @@ def test_a_far_direction_widens_the_search_by_a_few_edges_at_a_time_and_is_short
     assert gone.max() > 0.9 * most
 
 
-@pytest.mark.parametrize("counted", [(1 << 29, 8), (8, 1 << 29), (8, -5)])
+@pytest.mark.parametrize("counted", [(1 << 29, 8, 8), (8, 1 << 29, 8), (8, 8, 1 << 29), (8, -5, 8), (8, 8, -5)])
 def test_more_contacts_than_any_memory_holds_are_refused_with_what_to_change(counted):
     with pytest.raises(CrowdedError, match="shorter steps, a slower motion or a coarser mesh"):
-        Found.allocate(8, 8, "cpu").with_room(*counted)
+        Found.allocate((8, 8, 8), "cpu").with_room(counted)
 
 
 def test_an_extended_list_lacks_nothing_far_from_the_origin():

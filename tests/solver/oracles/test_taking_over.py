@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 
 from tryon_solver.contact.candidates import Candidates
-from tryon_solver.contact.found import PAIRS, STENCILS, Found
+from tryon_solver.contact.found import CLOSE, PAIRS, STENCILS, Found
 from tryon_solver.contact.taking_over import take_over
 
 LISTED, ROOM, CAPACITY = 5, 64, 128
@@ -19,14 +19,14 @@ def device(request):
     return request.param
 
 
-def found(rng, stencils, pairs, device):
-    """So many stencils with numbers of their own, of so many pairs of triangles."""
-    one = Found.allocate(ROOM, ROOM, device)
+def found(rng, stencils, pairs, device, close=ROOM // 2):
+    """So many stencils with numbers of their own, of so many pairs of triangles, `close` of them."""
+    one = Found.allocate((ROOM, ROOM // 2, ROOM), device)
     one.ids.assign(rng.integers(0, 99, (ROOM, 4)).astype(np.int32))
     one.kind.assign(rng.integers(0, 2, ROOM).astype(np.int32))
     one.distance.assign(rng.uniform(0, 1, ROOM).astype(np.float32))
     counts = np.zeros(3, np.int32)
-    counts[int(PAIRS)], counts[int(STENCILS)] = pairs, stencils
+    counts[int(PAIRS)], counts[int(CLOSE)], counts[int(STENCILS)] = pairs, close, stencils
     one.counts.assign(counts)
     return one
 
@@ -57,14 +57,15 @@ def test_the_device_appends_what_the_host_would(device, rng):
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("lacking", [(65, 10), (10, 65), (10, -3), (-3, 10)])
+@pytest.mark.parametrize("lacking", [(65, 10, 8), (10, 65, 8), (10, -3, 8), (-3, 10, 8), (10, 10, 33), (10, 10, -3)])
 @pytest.mark.parametrize("which", [0, 1])
 def test_of_what_lacks_room_nothing_is_taken(device, rng, lacking, which):
-    """Room for its pairs of triangles, for its stencils, or either counted beyond what a counter holds."""
+    """Room for its pairs of triangles, for its stencils, for pairs that are close, or one of them counted beyond what a
+    counter holds."""
     _, by_device = lists(device)
     before = rows(by_device, CAPACITY)
     both = [found(rng, 10, 10, device), found(rng, 10, 10, device)]
-    both[which] = found(rng, lacking[1], lacking[0], device)
+    both[which] = found(rng, lacking[1], lacking[0], device, lacking[2])
     take_over(by_device, both)
     assert by_device.fits.numpy()[0] == 0
     assert by_device.count.numpy()[0] == LISTED

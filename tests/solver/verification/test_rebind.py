@@ -113,9 +113,9 @@ def test_contact_is_looked_for_where_the_garment_is(sliding, monkeypatch):
     that is room for gigabytes of them."""
     rooms, allocate = [], Found.allocate
 
-    def noted(pairs, stencils, device):
-        rooms.append(max(pairs, stencils))
-        return allocate(pairs, stencils, device)
+    def noted(of_each, device):
+        rooms.append(max(of_each))
+        return allocate(of_each, device)
 
     monkeypatch.setattr(Found, "allocate", noted)
     *_, other = with_effects(sliding, BLOWN)
