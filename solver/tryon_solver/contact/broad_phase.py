@@ -206,40 +206,24 @@ def take_apart_kernel(
             theirs = other.owned[close[entry][1]]
             edges = edges_of(mine, theirs)
             points = (mine & 7) | ((theirs & 7) << 3)
-        list_stencils(
-            1,
-            edges,
-            begun,
-            close,
-            between,
-            own,
-            other,
-            reach,
-            group,
-            centre,
-            x,
-            ids_out,
-            kind_out,
-            distance_out,
-            counts,
-        )
-        list_stencils(
-            0,
-            points,
-            begun,
-            close,
-            between,
-            own,
-            other,
-            reach,
-            group,
-            centre,
-            x,
-            ids_out,
-            kind_out,
-            distance_out,
-            counts,
-        )
+        for n in range(2):  # edges, then points
+            list_stencils(
+                1 - n,
+                wp.where(n == 0, edges, points),
+                begun,
+                close,
+                between,
+                own,
+                other,
+                reach,
+                group,
+                centre,
+                x,
+                ids_out,
+                kind_out,
+                distance_out,
+                counts,
+            )
 
 
 @dataclass(frozen=True)
@@ -373,15 +357,17 @@ OTHER_CORE = ThreadPoolExecutor(max_workers=1)  # starts its thread with its fir
 
 def at_once(search: Callable[[int], None], count: int, device: wp.Device) -> None:
     """Run the searches 0 to count - 1. On a CPU Warp runs a kernel on the thread that launches it: all but the first go
-    to another one. A GPU has two branches, likewise."""
-
-    def others() -> None:
-        for k in range(1, count):
-            search(k)
-
+    to another one. A GPU has the first on a branch of its own."""
     if device.is_cuda:
-        side_by_side(device, lambda: search(0), others)
+        side_by_side(device, lambda: search(0), lambda: in_turn(search, range(1, count)))
         return
-    elsewhere = OTHER_CORE.submit(others)
+    elsewhere = [OTHER_CORE.submit(search, k) for k in range(1, count)]
     search(0)
-    elsewhere.result()
+    for searched in elsewhere:
+        searched.result()
+
+
+def in_turn(search: Callable[[int], None], which: Iterable[int]) -> None:
+    """These searches, one after the other."""
+    for k in which:
+        search(k)

@@ -1,7 +1,7 @@
 """Writing small arrays to the device, over and over.
 
 An array's own `assign` makes an array of the host's first, in memory that a GPU can't fetch by itself: the host waits
-for it each time. A copy that the host launches takes it as long as a dozen of a graph's kernels.
+for it each time. A copy is a launch of the host's own, beside its graphs.
 """
 
 from __future__ import annotations

@@ -47,30 +47,6 @@ def least_of_warp(value: float) -> float:  # type: ignore[empty-body]
 
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
-    const int lane = threadIdx.x & 31;
-    int upto = wanted;
-    for (int apart = 1; apart < 32; apart <<= 1) {
-        const int before = __shfl_up_sync(0xffffffffu, upto, apart);
-        if (lane >= apart)
-            upto += before;
-    }
-    int first = 0;
-    if (lane == 31 && upto > 0)
-        first = atomicAdd(counts.data + place, upto);
-    first = __shfl_sync(0xffffffffu, first, 31);
-    return first + upto - wanted;
-#else
-    const int first = counts.data[place];
-    counts.data[place] += wanted;
-    return first;
-#endif
-""")
-def free_slots(counts: wp.array(dtype=wp.int32), place: int, wanted: int) -> int:  # type: ignore[empty-body, valid-type]
-    """The first of so many free slots of the list whose length is counts[place], which grows by what all 32 want."""
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
     return 32;
 #else
     return 1;
@@ -121,3 +97,14 @@ def sum_of_lanes_before(value: int) -> int:  # type: ignore[empty-body]
 def lane_that_has(begin: int, number: int) -> int:  # type: ignore[empty-body]
     """The last lane whose `begin` is not above `number`, which is not below 0; from lane to lane `begin` ascends, from
     0."""
+
+
+@wp.func
+def free_slots(counts: wp.array(dtype=wp.int32), place: int, wanted: int) -> int:  # type: ignore[valid-type]
+    """The first of so many free slots of the list whose length is counts[place], which grows by what all lanes want."""
+    before = sum_of_lanes_before(wanted)
+    all_want = number_of_lane(before + wanted, lanes_of_warp() - 1)
+    first = int(0)
+    if lane_of_warp() == 0 and all_want > 0:
+        first = wp.atomic_add(counts, place, all_want)
+    return number_of_lane(first, 0) + before

@@ -1,9 +1,9 @@
 """How a GPU extends the list of candidates by itself, where the correction leads vertices out of the region.
 
-For the host to do it the loop ends, is read, and is launched again, as long as ten kernels and their gaps: six times
-what the search takes that a few vertices need. So the loop has it on a condition, for each direction and for the way to
-the trial once. What it does not do the loop ends for as before: where that was not enough, or there was no room, where
-the list is empty or CROWDED, or where the trial is further off than is worth a search.
+For the host to do it the loop ends, is read, and is launched again, which takes longer than what a few vertices need of
+a search. So the loop has it on a condition, for each direction and for the way to the trial once. What it does not do
+the loop ends for as before: where that was not enough, or there was no room, where the list is empty or CROWDED, or
+where the trial is further off than is worth a search.
 """
 
 from __future__ import annotations

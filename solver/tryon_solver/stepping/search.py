@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 FURTHER_EDGES = 4.0  # of the cloth's mean edge, that the correction has a search reach further, at most: where all go
 # far at once, more pairs are in reach than any memory holds; their way is shortened instead
 SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring; and
-SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
+SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap
 PER_EDGE = 160  # candidates, in a shirt's front and back and the body between them
 CROWDED = 1000  # candidates for each vertex of the cloth: a list that is longer is not extended
 MANY = 0.02  # share of all vertices: where more fall behind, a search anew lists less than larger balls do

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 import warp as wp
 
 from tryon_solver.body import quaternions
@@ -11,14 +10,6 @@ from tryon_solver.body.carry import SHARPNESS, Carry
 
 FULL, NONE = 0.015, 0.06  # m
 JOINTS, SKIN, CLOTH, INFLUENCES = 7, 300, 200, 3
-
-
-@pytest.fixture(scope="module", params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
-def device(request: pytest.FixtureRequest) -> str:
-    wp.init()
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("no CUDA device on this machine")
-    return request.param
 
 
 class Case:

@@ -11,14 +11,6 @@ from tryon_solver.body import BodyModel, Pose, skin
 from tryon_solver.body.skinning import SkinningKernel
 
 
-@pytest.fixture(scope="module", params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
-def device(request: pytest.FixtureRequest) -> str:
-    wp.init()
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("no CUDA device on this machine")
-    return request.param
-
-
 def test_kernel_matches_the_reference_within_a_micrometre(body: BodyModel, device: str) -> None:
     kernel = SkinningKernel(body, device)
     for pose in (Pose.rest(body), random_pose(body, 10), random_pose(body, 11)):

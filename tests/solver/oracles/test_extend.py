@@ -17,7 +17,7 @@ FRAMES, DT = 40, 1 / 60
 
 
 @pytest.fixture
-def device():
+def gpu():
     wp.init()
     if not wp.is_cuda_available():
         pytest.skip("no CUDA device on this machine")
@@ -76,10 +76,10 @@ def play(monkeypatch, device, by_itself, crowded=False):
 
 @pytest.mark.gpu
 @pytest.mark.parametrize("crowded", [False, True])
-def test_the_device_extends_as_the_host_does(monkeypatch, device, crowded):
+def test_the_device_extends_as_the_host_does(monkeypatch, gpu, crowded):
     """Also where there is no room for what it finds: the host makes some then."""
-    cloth, lists, by_host, by_device, rooms = play(monkeypatch, device, by_itself=True, crowded=crowded)
-    again, wanted, each, *_ = play(monkeypatch, device, by_itself=False)
+    cloth, lists, by_host, by_device, rooms = play(monkeypatch, gpu, by_itself=True, crowded=crowded)
+    again, wanted, each, *_ = play(monkeypatch, gpu, by_itself=False)
     assert each > 20
     assert by_device > each / 2
     assert (rooms > 5) == crowded

@@ -11,14 +11,6 @@ from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.stepping.progress import Progress
 
 
-@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
-def device(request):
-    wp.init()
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("no CUDA device on this machine")
-    return request.param
-
-
 @dataclass
 class Script:
     """Plays the correction's loop with directions and moves of given lengths [m], the host in the loop.

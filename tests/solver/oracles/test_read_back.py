@@ -23,14 +23,6 @@ WAITS_MOVING = 2  # on a GPU: all of the motion at once, and the correction's en
 SETTLED = 16  # frames, after which nobody searches further and no list grows
 
 
-@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
-def device(request):
-    wp.init()
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("no CUDA device on this machine")
-    return request.param
-
-
 def test_what_is_read_is_what_was_there_and_stays_so(device):
     """Also where memory is kept for arrays that were longer, or shorter, and of a slice."""
     for length in (3, 7, 2):

@@ -2,21 +2,12 @@
 
 import numpy as np
 import pytest
-import warp as wp
 
 from tryon_solver.contact.candidates import Candidates
 from tryon_solver.contact.found import CLOSE, PAIRS, STENCILS, Found
 from tryon_solver.contact.taking_over import take_over
 
 LISTED, ROOM, CAPACITY = 5, 64, 128
-
-
-@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
-def device(request):
-    wp.init()
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("no CUDA device on this machine")
-    return request.param
 
 
 def found(rng, stencils, pairs, device, close=ROOM // 2):

@@ -12,14 +12,6 @@ from tryon_solver.linalg.upload import Upload
 COUNT = 1000
 
 
-@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
-def device(request):
-    wp.init()
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("no CUDA device on this machine")
-    return request.param
-
-
 @pytest.mark.parametrize(("kind", "shape"), [(mat34, (3, 4)), (wp.vec3d, (3,)), (wp.float32, ())])
 def test_what_is_fetched_is_what_was_written(device, kind, shape):
     """Also into a part of an array, whose other part stays as it is."""
