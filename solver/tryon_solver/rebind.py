@@ -95,6 +95,8 @@ def take_over(simulation: Simulation, worn: Simulation) -> None:
         wp.copy(simulation.x_listed, theirs.x)
     if simulation.touching and worn.touching:
         wp.copy(simulation.solved, worn.solved)
+        if simulation.lead is not None:
+            simulation.lead.begin_as(worn.lead)
     simulation.went_back, simulation.stood = worn.went_back, worn.stood
     if simulation.halving is not None and worn.halving is not None:
         simulation.halving.times = worn.halving.times

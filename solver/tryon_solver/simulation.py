@@ -37,7 +37,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import SCHEMES, advance
-from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
+from tryon_solver.stepping.arm_contact import FLY, LEAD, arm_contact, may_fly, may_lead
 from tryon_solver.stepping.interrupted import take_back
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried, time_of_iteration
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from tryon_solver.contact.surfaces import Surface
     from tryon_solver.stepping.fly import Flight
     from tryon_solver.stepping.halve import Halving
+    from tryon_solver.stepping.lead import Lead
     from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 
 FACTOR_DIGITS = 9  # of a step [s]: times of frames are off in their last bits, and no bit of the factor shall be
@@ -94,7 +95,9 @@ class Simulation:
     group: wp.array  # (A,) int32: who has the same number never touches
     region: Region
     x_listed: wp.array  # (A,) m, where the candidates' distances were last brought up to
-    solved: wp.array  # (A,) m, by which the last step's solve moved the carried state
+    solved: wp.array  # (A,) m, by which the last step moved the carried state
+    expected: wp.array  # (A,) m, by which the solve is to move it in this one, if that is known: `solved` else
+    lead: Lead | None = None  # where it may touch a body and itself
     boxes: wp.array
     coasting: Coasting
     flight: Flight | None = None  # where it may touch a body, or is of several pieces
@@ -123,6 +126,8 @@ class Simulation:
             import_module(HALVE)
         if may_fly(self.plan, garment):
             import_module(FLY)
+        if may_lead(self.plan):
+            import_module(LEAD)
         compile_kernels(device)  # of what the plan has imported, too
         self.take_shape()
         self.stages = Stages.of(self.plan)

@@ -16,7 +16,7 @@ from edit_table import markdown
 from edit_verdicts import promises
 from edited_session import Shown
 from frames_after import FrameWatch
-from gone_on import Going, fastest_gone_on
+from gone_on import Going, begun, fastest_gone_on
 from levels import grown
 from rebuild_times import TOPOLOGY, VALUE, in_same_mesh, plots, table
 from run_edits import AFTER, EditRun
@@ -110,10 +110,11 @@ def test_a_garment_is_worn_on_through_all_of_the_motion(tmp_path):
 
 
 def test_a_garment_that_goes_on_is_as_fast_as_it_was_by_itself(tmp_path):
-    """A T-shirt in a walk: what is unpacked in its midst goes on with its velocities, and is not put elsewhere."""
+    """A T-shirt in a walk: what is unpacked in its midst goes on with its velocities, and isn't put elsewhere. How fast
+    its fastest vertex is some frames later is chance: contacts forget how far they had given."""
     drape = build_drape(EditRun(EditCase(vertices=150), tmp_path, print).order, silent)
     source, shown = MotionSource(load_motion("walk", drape.outfit.body), drape.pose), []
-    fastest, going = 0.0, None
+    fastest, going, ended = 0.0, None, []
     for _ in range(FRAMES_ON):
         if len(shown) == FRAMES_ON - GONE_ON:
             going = Going.of(drape, drape.packed(), shown[-1])
@@ -123,16 +124,21 @@ def test_a_garment_that_goes_on_is_as_fast_as_it_was_by_itself(tmp_path):
         drape.advance(move.pose, drape.seconds + move.dt)
         shown.append(Shown(frame_at(SHEETS, drape.seconds), topology(), 0.0, drape.stance))
         if going is not None:
+            ended.append(drape.cloth_positions().copy())
             fastest = max(fastest, float(speed_of_hanging(before, moment(drape), move.dt).max()))
     going.frames += shown[FRAMES_ON - GONE_ON :]
-    alone = fastest_gone_on(going, np.inf)
-    assert alone == pytest.approx(fastest, rel=0.1)
-    begun = going.frames[:2]
-    moving = fastest_gone_on(replace(going, frames=begun), np.inf)
-    still = fastest_gone_on(replace(going, v=0 * going.v, frames=begun), np.inf)
-    assert abs(moving - still) > 0.1 * moving, "m/s: of the first frame, its velocities count"
-    away = replace(begun[1].stance, root=begun[1].stance.root + [1.0, 0.0, 0.0])
-    assert fastest_gone_on(replace(going, frames=[begun[0], replace(begun[1], stance=away)]), np.inf) == 0.0
+    assert 0.5 * fastest < fastest_gone_on(going, np.inf) < 2.0 * fastest
+    first, second = going.frames[:2]
+
+    def off(v):
+        """m, RMS, from where it was after a frame, if it goes on at these velocities."""
+        gone = begun(replace(going, v=v))
+        gone.advance(second.stance, gone.seconds + second.frame.t_sim - first.frame.t_sim)
+        return np.sqrt(((gone.cloth_positions() - ended[0]) ** 2).sum(axis=1).mean())
+
+    assert off(going.v) < 0.4 * off(0 * going.v)
+    away = replace(second.stance, root=second.stance.root + [1.0, 0.0, 0.0])
+    assert fastest_gone_on(replace(going, frames=[first, replace(second, stance=away)]), np.inf) == 0.0
 
 
 def test_a_hem_is_dragged_while_frames_come(tmp_path):

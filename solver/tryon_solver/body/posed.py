@@ -55,9 +55,10 @@ class PosedBody:
         stance, transforms = self.reached
         return transforms if stance is self.pose else self.moving.transforms(self.pose)
 
-    def feel(self, hardest_kick: float, state: State) -> None:
-        """Let the step start where who the body has carried feels no change of that motion beyond `hardest_kick`."""
-        felt.feel(hardest_kick, state.dt, state.x, self.felt, state.x_start)
+    def feel(self, hardest_kick: float, state: State, carried: wp.array) -> None:
+        """Let the step start where who the body has `carried` (A,) m feels no change of that motion beyond
+        `hardest_kick`."""
+        felt.feel(hardest_kick, state.dt, carried, self.felt, state.x_start)
 
     def join(self, state: State) -> None:
         """Let the step start where the body has carried everybody to, with the velocity with which it did."""

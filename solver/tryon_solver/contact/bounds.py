@@ -184,6 +184,19 @@ def outside_kernel(
         wp.atomic_add(outside_out, 1, 1)
 
 
+@wp.kernel
+def allowed_kernel(
+    displacement: wp.array(dtype=wp.vec3), alpha: wp.array(dtype=wp.float32), allowed_out: wp.array(dtype=wp.vec3)
+):
+    i = wp.tid()
+    allowed_out[i] = alpha[i] * displacement[i]
+
+
+def find_allowed(displacement: wp.array, alpha: wp.array, allowed_out: wp.array) -> None:
+    """What alpha leaves of each vertex's displacement, both of (A,) vectors m."""
+    launch(allowed_kernel, len(displacement), [displacement, alpha], [allowed_out], device=displacement.device)
+
+
 def outside(x: wp.array, displacement: wp.array, further: wp.array, region: Region) -> tuple[int, int]:
     """How many vertices are further than their budget from their anchors somewhere on the way from x (A,) m along
     `displacement`, and how many where they would be if they went `further` (A,) m from its end, for the host, which

@@ -31,13 +31,6 @@ def add_scaled_kernel(scale: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.ve
     x_out[i] = x_out[i] + scale[0] * p[i]
 
 
-@wp.kernel
-def scale_each_kernel(scales: wp.array(dtype=wp.float32), p_out: wp.array(dtype=wp.vec3)):
-    """p_i *= s_i"""
-    i = wp.tid()
-    p_out[i] = scales[i] * p_out[i]
-
-
 @wp.func
 def descent_length(slope: float, curvature: float) -> float:
     """Exact minimiser along p of a quadratic: -<g, p> / <p, A p>; zero where p is no direction of descent."""
@@ -258,11 +251,6 @@ def find_largest_number(values: wp.array, largest_out: wp.array) -> None:
 def add_scaled(scale: wp.array, p: wp.array, x_out: wp.array) -> None:
     """x += scale[0] p, over the length of p."""
     launch(add_scaled_kernel, len(p), [scale, p], [x_out], device=p.device)
-
-
-def scale_each(scales: wp.array, p: wp.array) -> None:
-    """p *= scales, float32 and vec3 arrays of one shape (N,)."""
-    launch(scale_each_kernel, len(p), [scales], [p], device=p.device)
 
 
 def subtract(a: wp.array, b: wp.array, out: wp.array) -> None:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 FLY = "tryon_solver.stepping.fly"  # which a scene in which nothing flies does not import
+LEAD = "tryon_solver.stepping.lead"  # nor that one in which nobody is led
 PARALLEL = 1e-3  # of |ea|^2 |eb|^2: edges whose cross product is shorter, squared, count as nearly parallel
 
 
@@ -65,6 +66,7 @@ def arm_contact(sim: Simulation) -> None:
     sim.group = wp.array(own, dtype=wp.int32, device=device)
     sim.region = region.Region.allocate(sim.all_count, device)
     sim.x_listed, sim.solved = wp.clone(sim.state.x), wp.zeros_like(sim.state.x)
+    sim.expected = sim.solved
     sim.boxes = wp.zeros(5, dtype=wp.vec3, device=device)  # m, of all vertices, as in contact/region.py
     sim.coasting = coasting.Coasting(device)
     sim.deflection = deflect.DeflectionScratch.allocate(sim.all_count, device)
@@ -73,6 +75,9 @@ def arm_contact(sim: Simulation) -> None:
     sim.candidates = candidates.Candidates.allocate(1 << 14, device)
     sim.pairs = pairs.ContactPairs.allocate(1 << 12, device)
     sim.sums.make_room()
+    if may_lead(sim.plan):
+        sim.lead = import_module(LEAD).Lead(sim.all_count, device)
+        sim.expected = sim.lead.expected
     if may_fly(sim.plan, sim.scene.garment):
         beside = "body" in sim.plan.touches
         flight = import_module(FLY).Flight(sim.matrices.total.pattern, sim.plan.contributions, beside, device)
@@ -81,4 +86,9 @@ def arm_contact(sim: Simulation) -> None:
 
 def may_fly(plan: StepPlan, garment: Garment) -> bool:
     """May a piece of the cloth come to go by itself, beside a body or another piece, and meet it? One alone coasts."""
-    return "body" in plan.touches or (bool(plan.touches) and not garment.connectivity.of_one_piece)
+    return {"body", "cloth"} <= set(plan.touches) or (bool(plan.touches) and not garment.connectivity.of_one_piece)
+
+
+def may_lead(plan: StepPlan) -> bool:
+    """May the cloth touch itself, and a body that takes it along?"""
+    return {"body", "cloth"} <= set(plan.touches)

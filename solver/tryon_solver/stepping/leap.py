@@ -23,11 +23,12 @@ FALLEN = 1.0  # m: what is farther off has fallen from the body, a piece that wa
 
 
 def feel_motion(sim: Simulation) -> None:
-    """Let the step start, for who the body has carried from `x_start` to x, where it feels that motion as one
-    of a body; `felt` (A,) m/s is the velocity with which it was carried that it has felt so far."""
+    """Let the step start, for who the body has carried from `x_start`, where it feels that motion as one of a body;
+    `felt` (A,) m/s is the velocity with which it was carried that it has felt so far. By where it was led besides
+    (lead.py) no body jerks."""
     state, body = sim.state, sim.body
     assert body is not None
-    body.feel(sim.settings.hardest_kick, state)
+    body.feel(sim.settings.hardest_kick, state, state.x if sim.lead is None else sim.x_carried)
 
 
 def join_motion(sim: Simulation) -> None:

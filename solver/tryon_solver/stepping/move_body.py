@@ -89,6 +89,8 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
         moving.write(body.skin_next)
         sim.counters.asked, sim.counters.behind = asked, farthest(asked, body.skin_next.numpy())
     body.reached = stance, end
+    if sim.lead is not None and count > 1:
+        sim.lead.begin_in_parts(sim, count)
     for k in range(1, count + 1):
         if sim.under_way:
             break
@@ -115,6 +117,8 @@ def begin_solve(sim: Simulation, solve_freely: Callable[[Simulation], None]) -> 
 
 def arrive(sim: Simulation) -> None:
     """For the device: cloth and surface are where the body has taken them, and the step begins there."""
+    if sim.lead is not None:
+        sim.lead.part(sim)
     if sim.body is not None:
         if sim.halving is not None:
             sim.halving.measure(sim.state.x_committed, sim.state.x)
@@ -169,6 +173,8 @@ def set_out(sim: Simulation) -> None:
     if sim.flight is not None:
         sim.flight.feel_beside(sim)
         sim.flight.take_way(sim)
+    if sim.lead is not None:
+        sim.lead.set_out(sim)
     measure_travel(sim)
 
 
@@ -179,6 +185,8 @@ def set_out_in_part(sim: Simulation) -> None:
     set_displacement(sim)
     if sim.flight is not None:
         sim.flight.take_way(sim)
+    if sim.lead is not None:
+        sim.lead.set_out_in_part(sim)
 
 
 def set_displacement(sim: Simulation) -> None:

@@ -23,7 +23,8 @@ def contact_passes(sim: Simulation) -> Iterator[int]:
     """
     settings, state, counters = sim.settings, sim.state, sim.counters
     voided = counters.retries
-    wp.copy(sim.x_carried, state.x_feasible)
+    if sim.lead is None:
+        wp.copy(sim.x_carried, state.x_feasible)
     for number in range(settings.contact_passes):
         if number:
             wp.copy(state.x_feasible, state.x)
@@ -37,3 +38,5 @@ def contact_passes(sim: Simulation) -> Iterator[int]:
             break
     if sim.touching and counters.retries == voided:
         remember_solve(sim)
+    elif sim.lead is not None:
+        sim.lead.forget()

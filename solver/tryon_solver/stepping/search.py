@@ -16,7 +16,7 @@ import warp as wp
 
 from tryon_solver.contact import bounds, broad_phase, candidates, found
 from tryon_solver.linalg.read_back import read
-from tryon_solver.linalg.vectors import scale_each, subtract
+from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.progress import LEAST
 
 if TYPE_CHECKING:
@@ -92,8 +92,7 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
 
 def search_as_far(sim: Simulation, direction: wp.array, share: float) -> None:
     """The same of all that go as far along it as `alpha` lets them."""
-    wp.copy(sim.work.total, direction)
-    scale_each(sim.work.alpha, sim.work.total)
+    bounds.find_allowed(direction, sim.work.alpha, sim.work.total)
     search_along(sim, sim.state.x, sim.work.total, share)
 
 
@@ -116,7 +115,7 @@ def found_of(sim: Simulation) -> Sequence[Found]:
 
 def accompany(sim: Simulation, region: Region, x: wp.array, direction: wp.array, share: float) -> None:
     """Let the region be of what goes from x along `direction`, as `search_along` says; its anchors are not placed."""
-    region.accompany(sim.cloth_count, x, direction, sim.solved, share, search_slack(sim))
+    region.accompany(sim.cloth_count, x, direction, sim.expected, share, search_slack(sim))
 
 
 def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: float = math.inf) -> None:
@@ -160,7 +159,7 @@ def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
     """
     if sim.list_age >= LONGEST_SERVED:
         return False
-    outside, expected = bounds.outside(x, direction, sim.solved, sim.region)
+    outside, expected = bounds.outside(x, direction, sim.expected, sim.region)
     if outside or many(sim, expected):
         sim.held, sim.rests = 0, False
         return False
@@ -219,4 +218,6 @@ def follow(sim: Simulation, near: bool) -> None:
 
 def remember_solve(sim: Simulation) -> None:
     """What the solve moved in this step beside the carried motion is what the next step's search expects."""
+    if sim.lead is not None:
+        sim.lead.look_back(sim)
     subtract(sim.state.x, sim.x_carried, sim.solved)

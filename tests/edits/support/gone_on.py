@@ -11,11 +11,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import warp as wp
 from edited_session import Shown
 from speeds import Falling, speed_of_hanging
 from worn_on import moment
 
 from tryon_server.runtime.solver_drape import PackedDrape, SolverDrape
+from tryon_solver.simulation import Simulation
 
 LEAPT = 0.5  # m that a root does not go in a frame: the motion began anew elsewhere, and the garment was put there
 
@@ -26,16 +28,20 @@ class Going:
 
     Attributes:
         v: (N, 3) m/s of its cloth.
+        went: what of the steps before it is led by.
     """
 
     packed: PackedDrape
     v: np.ndarray
     frames: list[Shown]
+    went: tuple[np.ndarray, ...] = ()
 
     @classmethod
     def of(cls, drape: SolverDrape, packed: PackedDrape, shown: Shown) -> Going:
         """As it goes in the frame that was shown last, `packed` as it is."""
-        return cls(packed, drape.simulation.state.v.numpy().copy(), [shown])
+        simulation = drape.simulation
+        went = tuple(array.numpy().copy() for array in led_by(simulation))
+        return cls(packed, simulation.state.v.numpy().copy(), [shown], went)
 
     def leaps(self) -> bool:
         """Is it put elsewhere on the way?"""
@@ -43,14 +49,28 @@ class Going:
         return bool(np.linalg.norm(np.diff(roots, axis=0), axis=1).max(initial=0.0) > LEAPT)
 
 
+def led_by(simulation: Simulation) -> tuple[wp.array, ...]:
+    """Where a simulation has it."""
+    lead = simulation.lead
+    return () if lead is None else (simulation.solved, lead.before, lead.time)
+
+
+def begun(going: Going) -> SolverDrape:
+    """The garment, about to go on."""
+    *_, drape = going.packed.unpacking()
+    assert drape is not None
+    drape.simulation.state.v.assign(going.v)
+    for array, values in zip(led_by(drape.simulation), going.went):
+        array.assign(values)
+    return drape
+
+
 def fastest_gone_on(going: Going, enough: float) -> float:
     """m/s of the garment's fastest vertex on the body, but for what it has fallen since, as it goes on to the last
     frame seen, or until that is `enough`. 0 where it is put elsewhere on the way, which is not played."""
     if going.leaps():
         return 0.0
-    *_, drape = going.packed.unpacking()
-    assert drape is not None
-    drape.simulation.state.v.assign(going.v)
+    drape = begun(going)
     before, falling, fastest, t = moment(drape), Falling(), 0.0, drape.seconds
     falling.see(before)
     for last, shown in pairwise(going.frames):

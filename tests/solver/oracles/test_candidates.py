@@ -83,10 +83,10 @@ def move_and_stray(tangle, rng, speed, slack):
     x, motion = crumple(tangle, rng), tangle.throw(rng, speed)
     tangle.set_motion(x, motion)
     solved = stray(rng, rng.uniform(0, 4 * slack, len(x)))
-    sim.solved.assign(solved.astype(np.float32))
+    sim.expected.assign(solved.astype(np.float32))
     sim.region.budget.fill_(np.nan)
     with_slack(sim, slack, lambda: search.search_along(sim, sim.state.x, sim.work.direction, 1.0))
-    sim.solved.zero_()
+    sim.expected.zero_()
     found = tangle.candidate_keys()
     assert len(found) == sim.candidates.size
     budget = sim.region.budget.numpy().astype(np.float64)

@@ -149,13 +149,16 @@ WAY = ("draft", "live", "fit", "reference", "draft")
 
 
 def built_there(worn, settings):
-    """A simulation built with these settings where the worn one is, which knows nothing of how it came to be there."""
+    """A simulation built with these settings where the worn one is, which knows of how it came to be there only where
+    it went in the last two steps."""
     x, surface = (found.astype(np.float64) for found in (worn.cloth_positions(), worn.body_positions()))
     sim = build(replace(worn.scene, x_start=x), settings, "cpu", STILL, surface)
     for name in ("v", "skin", "hold"):
         getattr(sim.state, name).assign(getattr(worn.state, name).numpy())
     sim.state.time = worn.state.time
     sim.stages.contact[0].restore(*worn.stages.contact[0].kept())
+    sim.solved.assign(worn.solved.numpy())
+    sim.lead.begin_as(worn.lead)
     return sim
 
 

@@ -1,0 +1,170 @@
+"""Cloth that goes on beside the body as it went in the last two steps is led there before the step is solved.
+
+The body's motion takes cloth along; what cloth does beside that, as all of a shirt does in a jump, is left to the
+solve. But where all vertices of cloth that may touch itself go half an edge, the balls in which contact is looked for
+hold every vertex's neighbours, hundreds of thousands of candidates, and Newton's method begins an edge from balance. So
+what is expected of the solve is added to the body's motion, along which all move at once, what is met is searched for
+and stopped before, and neighbours stay as near as they are.
+
+Expected is what the last step's solve did, as far as it did so in the step before, too: a blow is over. It is smoothed,
+since what a budget has left undone differs from vertex to vertex, and led so would grow from step to step. What is
+within LED_FROM is left out: balls cover that anyway, and cloth that rests, or follows the body, is led nowhere. Where
+the step starts and what it is solved for does not change, only where its solve begins. Ours.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.linalg.launch import launch
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+wp.set_module_options({"enable_backward": False})
+
+LED_FROM = 0.16  # of the cloth's mean edge
+SMOOTHED = 4  # times, over each vertex's neighbours and theirs: after fewer a sheet that slides is led out of its shape
+
+
+@wp.kernel
+def usual_kernel(
+    solved: wp.array(dtype=wp.vec3),
+    before: wp.array(dtype=wp.vec3),
+    then: wp.array(dtype=wp.float32),
+    now: wp.array(dtype=wp.float32),
+    usual_out: wp.array(dtype=wp.vec3),
+):
+    """What was done in both steps; in a longer one than the last no more."""
+    i = wp.tid()
+    usual = wp.vec3()
+    squared = wp.length_sq(solved[i])
+    if then[0] > 0.0 and squared > 0.0:
+        both = wp.clamp(wp.dot(before[i], solved[i]) / squared, 0.0, 1.0)
+        usual = wp.min(now[0] / then[0], 1.0) * both * solved[i]
+    usual_out[i] = usual
+
+
+@wp.kernel
+def smooth_kernel(
+    columns: wp.array2d(dtype=wp.int32), usual: wp.array(dtype=wp.vec3), smooth_out: wp.array(dtype=wp.vec3)
+):
+    """The mean over the row's columns: neighbours, those across an edge, and the vertex itself."""
+    i = wp.tid()
+    total = usual[i]
+    count = float(1.0)
+    for k in range(columns.shape[1]):
+        j = columns[i, k]
+        if j != i:  # which fills rows up
+            total += usual[j]
+            count += 1.0
+    smooth_out[i] = total / count
+
+
+@wp.kernel
+def lead_kernel(
+    usual: wp.array(dtype=wp.vec3),
+    solved: wp.array(dtype=wp.vec3),
+    then: wp.array(dtype=wp.float32),
+    now: wp.array(dtype=wp.float32),
+    led_count: int,
+    least: float,
+    x: wp.array(dtype=wp.vec3),
+    way_out: wp.array(dtype=wp.vec3),
+    expected_out: wp.array(dtype=wp.vec3),
+    carried_out: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec3),
+):
+    i = wp.tid()
+    led = wp.vec3()
+    if i < led_count:
+        far = wp.length(usual[i])
+        if far > least:
+            led = (1.0 - least / far) * usual[i]
+    further = wp.vec3()
+    if then[0] > 0.0:
+        further = wp.min(now[0] / then[0], 1.0) * solved[i]
+    way_out[i] = led
+    expected_out[i] = further - led
+    carried_out[i] = x[i] + direction[i]
+    direction[i] = direction[i] + led
+
+
+@wp.kernel
+def lead_in_part_kernel(
+    way: wp.array(dtype=wp.vec3),
+    share: wp.array(dtype=wp.float32),
+    carried: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec3),
+):
+    i = wp.tid()
+    carried[i] = carried[i] + direction[i]
+    direction[i] = direction[i] + share[0] * way[i]
+
+
+@wp.kernel
+def part_kernel(way: wp.array(dtype=wp.vec3), x: wp.array(dtype=wp.vec3), carried: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    led = way[i]
+    taken = float(0.0)
+    if wp.length_sq(led) > 0.0:
+        taken = wp.clamp(wp.dot(x[i] - carried[i], led) / wp.length_sq(led), 0.0, 1.0)
+    carried[i] = x[i] - taken * led
+
+
+class Lead:
+    """Of all A vertices: the `way` (A,) m that each is led in this step, and `expected` (A,) m, what its solve is to
+    add. `before` (A,) m is what the step before the last one did, and `time` (1,) s how long the last one was, 0 if
+    nothing is known of it. A step of several sub-steps leads by a `share` (1,) of the way in each."""
+
+    def __init__(self, count: int, device: str) -> None:
+        def vectors() -> wp.array:
+            return wp.zeros(count, dtype=wp.vec3, device=device)
+
+        self.way, self.expected, self.before = vectors(), vectors(), vectors()
+        self.time, self.share = (wp.zeros(1, dtype=wp.float32, device=device) for _ in range(2))
+
+    def set_out(self, sim: Simulation) -> None:
+        """For the device: let `direction` (A,) m, the body's motion from x, lead the cloth, too; `x_carried` (A,) m is
+        where it would come to without. Nobody is led who comes along."""
+        state, count = sim.state, 0 if sim.comes_along else sim.cloth_count
+        usual, smooth = sim.work.product, sim.work.residual  # free between steps
+        launch(usual_kernel, count, [sim.solved, self.before, self.time, state.dt], [usual], device=sim.device)
+        for _ in range(SMOOTHED):
+            launch(smooth_kernel, count, [sim.hessian_rows.columns, usual], [smooth], device=sim.device)
+            usual, smooth = smooth, usual
+        known = [usual, sim.solved, self.time, state.dt, count, LED_FROM * sim.mean_edge, state.x]
+        outputs = [self.way, self.expected, sim.x_carried, sim.work.direction]
+        launch(lead_kernel, sim.all_count, known, outputs, device=sim.device)
+
+    def begin_in_parts(self, sim: Simulation, parts: int) -> None:
+        """As if nobody had set out from x: so many parts do."""
+        self.share.fill_(1.0 / parts)
+        wp.copy(sim.x_carried, sim.state.x)
+
+    def set_out_in_part(self, sim: Simulation) -> None:
+        """For the device: the same of a part."""
+        outputs = [sim.x_carried, sim.work.direction]
+        launch(lead_in_part_kernel, sim.all_count, [self.way, self.share], outputs, device=sim.device)
+
+    def part(self, sim: Simulation) -> None:
+        """For the device: let `x_carried` be where the body alone has taken everybody: x less what of its way each was
+        led."""
+        launch(part_kernel, sim.all_count, [self.way, sim.state.x], [sim.x_carried], device=sim.device)
+
+    def look_back(self, sim: Simulation) -> None:
+        """There will be another `solved`, of this step."""
+        wp.copy(self.before, sim.solved)
+        wp.copy(self.time, sim.state.dt)
+
+    def forget(self) -> None:
+        """Nobody is led in the next step."""
+        self.time.zero_()
+
+    def begin_as(self, worn: Lead | None) -> None:
+        """Begin where cloth that is `worn` has ended a step."""
+        if worn is not None:
+            wp.copy(self.before, worn.before)
+            wp.copy(self.time, worn.time)
