@@ -378,6 +378,9 @@ class Simulation:
         self.scene = replace(self.scene, x_start=cloth)
         if self.halving is not None:
             self.halving.times = 0
+        if self.lead is not None:
+            self.lead.forget()
+            self.solved.zero_()
         if self.body is not None:
             body = self.body
             body.stand(pose)

@@ -77,9 +77,10 @@ def lead_kernel(
     carried_out: wp.array(dtype=wp.vec3),
     direction: wp.array(dtype=wp.vec3),
 ):
+    """Who flies has `solved` nothing, and is led nowhere, whoever a button may join him to."""
     i = wp.tid()
     led = wp.vec3()
-    if i < led_count:
+    if i < led_count and wp.length_sq(solved[i]) > 0.0:
         far = wp.length(usual[i])
         if far > least:
             led = (1.0 - least / far) * usual[i]

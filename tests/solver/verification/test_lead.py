@@ -157,6 +157,32 @@ def test_what_differs_from_vertex_to_vertex_is_not_led():
     assert (way - less(sim, BESIDE)).std(axis=0).max() < 0.33 * noise.std()
 
 
+def test_who_did_not_move_is_led_nowhere_by_its_neighbours():
+    """As a piece that flies beside one that it is buttoned to: all of its way is in the motion already."""
+    sim = on_slope()
+    solved = np.tile(np.float32(BESIDE), (sim.all_count, 1))
+    solved[40] = 0.0
+    for array in (sim.solved, sim.lead.before):
+        array.assign(solved)
+    sim.lead.time.fill_(1 / FPS)
+    sim.state.dt.fill_(1 / FPS)
+    sim.lead.set_out(sim)
+    way = sim.lead.way.numpy()
+    assert not way[40].any()
+    assert way[[39, 41]].all()
+
+
+def test_who_begins_elsewhere_is_led_nowhere():
+    sim = on_slope()
+    for k in range(6):
+        sim.advance(STILL, (k + 1) / FPS)
+    assert sim.lead.way.numpy().any()
+    sim.start_at(sim.cloth_positions().astype(float), sim.body_positions().astype(float), STILL)
+    for k in range(6, 8):
+        sim.advance(STILL, (k + 1) / FPS)
+        assert not sim.lead.way.numpy().any()
+
+
 def test_parts_of_a_step_lead_as_far_together():
     sim, way, _ = led_by(BESIDE, BESIDE)
     sim.lead.begin_in_parts(sim, 4)
