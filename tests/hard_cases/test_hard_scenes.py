@@ -52,6 +52,14 @@ def test_sheets_that_pass_through_each_other_between_two_frames_are_found():
     assert result["not_free"] > 0
 
 
+def test_a_long_way_beside_what_is_a_micrometre_thick_is_told_to_be_free():
+    """In the fourth frame slivers of a fabric of a micrometre go 14 cm: the toolkit can't tell of pairs that are far
+    from each other on each part of that way."""
+    result = played("slivers_thin_fabric", 0.3, "draft")
+    assert result["moves"] > 20
+    assert result["not_free"] == 0
+
+
 @pytest.mark.parametrize("name", ["swept_by_plate", pytest.param("at_100m", marks=pytest.mark.long)])
 def test_short_window_of_a_hard_case(name):
     result = played(name, WINDOW)

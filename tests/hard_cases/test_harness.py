@@ -30,6 +30,7 @@ from small_scenes import STILL, fabric, icosphere, layers, rigid_body, slab
 from tryon_solver.geometry.garment import GarmentError
 from tryon_solver.scene import WORN, AirDrag, Gravity, Scene
 from tryon_solver.simulation import build
+from tryon_solver.stepping import correct
 
 STOOD_DEAD = "awake, moving and yet left as it was [s]"  # as what is scripted does after each of its moves
 GROWN_AT_REST = "energy without work at rest (share)"
@@ -445,6 +446,29 @@ def test_every_accepted_move_is_heard():
         np.testing.assert_array_equal(moves[-1][1], sim.state.x.numpy())
     sim.advance(STILL, 2 * DT)
     assert heard.take() == []
+
+
+def test_what_a_correction_that_led_astray_goes_instead_is_heard(monkeypatch):
+    """A little of a direction, from where the step began."""
+    garment, x = layers(1, 5, 5, 0.1, 0.0)
+    ball = rigid_body(*icosphere(0.05, 1))
+    with listening() as heard:
+        sim = build(Scene(garment, x + [0, 0.06, 0], ball), None, "cpu", STILL)
+        subject = Simulated(Run(sim, lambda _t: STILL), heard)
+        start = sim.state.x.numpy().copy()
+        for name, told in (("ended_astray", True), ("led_astray", True), ("goes_as_one", False)):
+            monkeypatch.setattr(correct, name, lambda *_, told=told: told)
+        gone = []
+        monkeypatch.setattr(correct, "leads_well", lambda sim, _began, find: gone.append(goes(sim, find)) or True)
+        subject.advance(DT)
+        assert gone[0] > 0
+        assert subject.leads(start, sim.state.x.numpy())
+
+
+def goes(sim, find):
+    """How far a vertex goes along what is found, at most [m]."""
+    correct.gone_to(sim, find)
+    return float(np.abs(sim.state.x.numpy() - sim.state.x_feasible.numpy()).max())
 
 
 def test_names_are_words_and_each_is_there_once():

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from tryon_solver import step
 from tryon_solver.linalg import device_loop
 from tryon_solver.simulation import PoseInterval, Simulation
-from tryon_solver.stepping import correct, move_body, record
+from tryon_solver.stepping import correct, move_body, record, take
 
 Move = tuple[np.ndarray, np.ndarray]
 """Positions (A, 3) float32 m before and after."""
@@ -89,13 +89,19 @@ class Oracle:
             return True
         if may_meet.is_step_collision_free(self.paths, start, end):
             return True
-        return any(self.is_free_in_parts(may_meet, start, end, pieces) for pieces in PIECES)
+        return any(self.is_free_in_parts(start, end, pieces) for pieces in PIECES)
 
-    def is_free_in_parts(self, may_meet: ipctk.Candidates, start: np.ndarray, end: np.ndarray, pieces: int) -> bool:
-        """Is each of so many equal parts of the way free by the inclusion-based detection?"""
+    def is_free_in_parts(self, start: np.ndarray, end: np.ndarray, pieces: int) -> bool:
+        """Is each of so many equal parts of the way free by the inclusion-based detection? Of what may meet on all of
+        it most is far off on each part, and may be what it can't tell of."""
         ends = np.linspace(0.0, 1.0, pieces + 1)
-        places = [np.asfortranarray(start + share * (end - start)) for share in ends]
-        return all(may_meet.is_step_collision_free(self.paths, a, b) for a, b in pairwise(places))
+        return all(self.is_part_free(*part) for part in pairwise(start + share * (end - start) for share in ends))
+
+    def is_part_free(self, before: np.ndarray, after: np.ndarray) -> bool:
+        a, b = np.asfortranarray(before), np.asfortranarray(after)
+        may_meet = ipctk.Candidates()
+        may_meet.build(self.paths, a, b, broad_phase=ipctk.LBVH())
+        return bool(may_meet.is_step_collision_free(self.paths, a, b))
 
 
 def near_each_other(ways: Sequence[Move], numbers: Sequence[int]) -> list[list[int]]:
@@ -193,7 +199,12 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
     kept = {module: module.keeps_graphs for module in keepers}
     for module in kept:
         module.keeps_graphs = never  # type: ignore[attr-defined]
-    verbs = ((move_body, "carry_once"), (correct, "take_within_region"), (correct, "retreat_if_overshot"))
+    proven = (correct, take)  # what a correction that led astray goes of a direction is taken by the latter
+    verbs = (
+        (move_body, "carry_once"),
+        *((module, "take_within_region") for module in proven),
+        (correct, "retreat_if_overshot"),
+    )
     originals = {(module, name): getattr(module, name) for module, name in verbs}
 
     def hear(original: Callable[..., object]) -> Callable[..., object]:
