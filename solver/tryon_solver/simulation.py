@@ -180,7 +180,7 @@ class Simulation:
         self.listed = False  # is the candidate list complete around x?
         self.held, self.rests = 0, False  # steps of cloth that stays where it is, alone, and does it rest there?
         self.list_age = 0  # steps since it was found
-        self.x_carried = wp.clone(x)  # where the body's motion led to, before the first contact pass
+        self.x_carried = wp.clone(x)  # where the body alone has taken all, before the first contact pass
         self.to_trial = wp.zeros_like(x)
         self.searches = 0
         self.comes_along = False  # in the next `advance`

@@ -26,7 +26,16 @@ if TYPE_CHECKING:
 wp.set_module_options({"enable_backward": False})
 
 LED_FROM = 0.16  # of the cloth's mean edge
-SMOOTHED = 4  # times, over each vertex's neighbours and theirs: after fewer a sheet that slides is led out of its shape
+SMOOTHED = 4  # times, over each vertex's neighbours: after fewer a sheet that slides is led out of its shape
+
+
+@wp.func
+def as_much(then: float, now: float) -> float:
+    """Of what the last step, of `then` s, did, what one of `now` s does: in a longer one no more; 0 if it is not known.
+    """
+    if then > 0.0:
+        return wp.min(now / then, 1.0)
+    return 0.0
 
 
 @wp.kernel
@@ -37,21 +46,19 @@ def usual_kernel(
     now: wp.array(dtype=wp.float32),
     usual_out: wp.array(dtype=wp.vec3),
 ):
-    """What was done in both steps; in a longer one than the last no more."""
+    """What was done in both steps."""
     i = wp.tid()
-    usual = wp.vec3()
-    squared = wp.length_sq(solved[i])
-    if then[0] > 0.0 and squared > 0.0:
-        both = wp.clamp(wp.dot(before[i], solved[i]) / squared, 0.0, 1.0)
-        usual = wp.min(now[0] / then[0], 1.0) * both * solved[i]
-    usual_out[i] = usual
+    both = float(0.0)
+    if wp.length_sq(solved[i]) > 0.0:
+        both = wp.clamp(wp.dot(before[i], solved[i]) / wp.length_sq(solved[i]), 0.0, 1.0)
+    usual_out[i] = as_much(then[0], now[0]) * both * solved[i]
 
 
 @wp.kernel
 def smooth_kernel(
     columns: wp.array2d(dtype=wp.int32), usual: wp.array(dtype=wp.vec3), smooth_out: wp.array(dtype=wp.vec3)
 ):
-    """The mean over the row's columns: neighbours, those across an edge, and the vertex itself."""
+    """The mean over the row's columns: the vertex itself and its neighbours."""
     i = wp.tid()
     total = usual[i]
     count = float(1.0)
@@ -84,11 +91,8 @@ def lead_kernel(
         far = wp.length(usual[i])
         if far > least:
             led = (1.0 - least / far) * usual[i]
-    further = wp.vec3()
-    if then[0] > 0.0:
-        further = wp.min(now[0] / then[0], 1.0) * solved[i]
     way_out[i] = led
-    expected_out[i] = further - led
+    expected_out[i] = as_much(then[0], now[0]) * solved[i] - led
     carried_out[i] = x[i] + direction[i]
     direction[i] = direction[i] + led
 

@@ -89,7 +89,8 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
         moving.write(body.skin_next)
         sim.counters.asked, sim.counters.behind = asked, farthest(asked, body.skin_next.numpy())
     body.reached = stance, end
-    if sim.lead is not None and count > 1:
+    in_parts = count > 1 or short
+    if sim.lead is not None and in_parts:
         sim.lead.begin_in_parts(sim, count)
     for k in range(1, count + 1):
         if sim.under_way:
@@ -99,7 +100,7 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
             part = moving.between(start, stance, k / count)
             after = moving.transforms(part)
             after = end[0] @ rigid.inverse(after[0]) @ after
-        if count > 1 or short:
+        if in_parts:
             take_motion(sim, root, before, after, part)
             as_one(sim, "set_out_in_part", lambda: set_out_in_part(sim))
             sight = None

@@ -210,3 +210,17 @@ def test_what_may_be_added_is_a_number_above_nothing(most):
     with pytest.raises(ValueError, match=r"settings\.most_carried must be a finite number above 0"):
         Settings(most_carried=most)
 
+
+def test_a_body_that_outruns_the_one_sub_step_of_a_step_leads_in_one_part(monkeypatch):
+    """What is led is told from what the body did by where that took everybody: not all of the way, and a part again."""
+    garment, flat = sheet(9, 9, 0.4, 0.4)
+    settings = replace(PRESETS["draft"], most_carried=1e6, most_substeps=1)
+    scene = Scene(garment, flat + np.array([0, 0.004, 0]), two_plates(), fabric(), WORN)
+    sim = build(scene, settings, "cpu", swung(0.0))
+    parts, arrived, begin, part = [], [], sim.lead.begin_in_parts, sim.lead.part
+    monkeypatch.setattr(sim.lead, "begin_in_parts", lambda sim, count: parts.append(count) or begin(sim, count))
+    monkeypatch.setattr(sim.lead, "part", lambda sim: arrived.append(sim.x_carried.numpy().copy()) or part(sim))
+    sim.advance(swung(3.0 / FPS), 1 / FPS)
+    assert parts == [1]
+    gone = np.linalg.norm(arrived[0] - sim.state.x_committed.numpy(), axis=1).max()
+    assert 0.5 * settings.substep_travel < gone < 1.5 * settings.substep_travel
