@@ -83,7 +83,13 @@ def row(result: Mapping[str, Any]) -> str:
         r["void"],
         f"{r['unclean']} of {r['asked']}",
         "–" if r["memory_mib"] is None else f"{r['memory_mib']:.0f}",
-        ", ".join(f"{name} {growth:.1f}" for name, growth in r["growth_mib"].items()),
+        ", ".join(f"{name} {growth:.1f}" + late(r, name) for name, growth in r["growth_mib"].items()),
         f"{r['dressing_s']:.1f}",
     )
     return "| " + " | ".join(str(cell) for cell in cells) + " |"
+
+
+def late(result: Mapping[str, Any], name: str) -> str:
+    """Of a memory's growth what came in the second half of the frames, where the run tells it; older ones do not."""
+    growth = result.get("growth_late_mib", {})
+    return f" ({growth[name]:.1f} late)" if name in growth else ""

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def spread(values: Sequence[float]) -> dict[str, float]:
+def spread(values: ArrayLike) -> dict[str, float]:
     """Mean, median, 99th percentile and largest."""
     return {
         "mean": mean(values),
@@ -35,10 +36,15 @@ def of_all(sessions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         **{name: max(s[name] for s in sessions) for name in largest},
         **{name: sum(s[name] for s in sessions) for name in ("frames", "void", "late", "asked", "unclean")},
         "memory_mib": None if None in memories else sum(memories),
-        "growth_mib": {name: sum(s["growth_mib"][name] for s in sessions) for name in sessions[0]["growth_mib"]},
+        **{key: added([s[key] for s in sessions]) for key in ("growth_mib", "growth_late_mib")},
         "simulated_over_wall": min(s["simulated_over_wall"] for s in sessions),
     }
 
 
-def mean(values: Sequence[float]) -> float:
+def added(parts: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """The sum of each name that all parts have."""
+    return {name: sum(part[name] for part in parts) for name in parts[0] if all(name in part for part in parts)}
+
+
+def mean(values: ArrayLike) -> float:
     return float(np.mean(values))

@@ -6,17 +6,18 @@ import itertools
 import resource
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import warp as wp
 from figures import mean, spread
 from frame_judge import FrameJudge
+from frame_record import FrameRecord
 from together import Company
 from worn import LEAD, Case, put_on
 
-from tryon_solver.results import StepReport
 from tryon_solver.simulation import Simulation
 
 MIB = 2**20
@@ -26,7 +27,8 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
     """Figures of `seconds` of the motion after the lead into it, or of as many frames as `longest` s of wall time have
     room for, judging included; each `every`-th frame is judged, 0: none.
 
-    All of the company begin at once, and go on until the last one has measured all."""
+    Memory is that of the first and the middle frame to the last one: what is written of the frames, and the judge's,
+    is taken before. All of the company begin at once, and go on until the last one has measured all."""
     at_first = device_memory(case.device)
     begun = time.perf_counter()
     sim, pose = put_on(case)
@@ -34,15 +36,17 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
     dressing = time.perf_counter() - begun
     start, warm = sim.state.time, round(LEAD * case.fps)
     judge = judge_of(sim)
-    times: list[float] = []
-    reports: list[StepReport] = []
     unclean = asked = 0
     since = 0.0
-    memory_at_first: dict[str, float] = {}
     last = warm + round(seconds * case.fps)
+    half = warm + round(seconds * case.fps / 2)
+    seen: dict[str, float] = {}
+    held: dict[str, dict[str, float]] = {}
     for k in itertools.count(1):
         if k == warm + 1:
-            memory_at_first = memory(case.device)
+            judge.judge(sim.cloth_positions(), sim.body_positions())
+            frames = FrameRecord(last - warm, seen)
+            held["first"] = memory(case.device)
             company.meet("warm")
             since = time.perf_counter()
         if k == last + 1:
@@ -55,15 +59,19 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
         report = sim.advance(stance, start + t)
         wp.synchronize_device(case.device)
         elapsed = 1e3 * (time.perf_counter() - begun)
+        if k <= warm:
+            seen |= report.times_ms
         if not warm < k <= last:
             continue
-        times.append(elapsed)
-        reports.append(report)
+        frames.add(elapsed, report)
         if every and k % every == 0:
             asked += 1
             unclean += not judge.judge(sim.cloth_positions(), sim.body_positions()).clean
+        if k == half:
+            held["middle"] = memory(case.device)
         if time.perf_counter() - since > longest:
             last = k
+    held["last"] = memory(case.device)
     body = sim.scene.body
     return {
         **case.plain(),
@@ -73,25 +81,26 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
         "triangles": len(sim.scene.garment.faces),
         "body_vertices": 0 if body is None else len(body.rest_vertices),
         "dressing_s": dressing,
-        "frames": len(times),
-        "frame_ms": spread(times),
-        "times_ms": times,
-        "stages_ms": stages(reports),
-        "steps": mean([r.steps for r in reports]),
-        "substeps": dict(sorted(Counter(str(r.substeps) for r in reports).items(), key=lambda entry: int(entry[0]))),
-        "newton": spread([r.newton_iterations for r in reports]),
-        "error_mm": spread([1e3 * r.error for r in reports]),
-        "late": sum(r.late > 0 for r in reports),
-        "pairs": spread([r.pairs for r in reports]),
-        "min_gap": min(r.min_gap for r in reports),
-        "max_stretch": max(r.max_stretch for r in reports),
-        "body_lag": max(r.body_lag for r in reports),
-        "void": sum(r.retries for r in reports),
+        "frames": len(frames),
+        "frame_ms": spread(frames["time_ms"]),
+        "times_ms": frames["time_ms"].tolist(),
+        "stages_ms": {name: spread(times) for name, times in frames.stages().items()},
+        "steps": mean(frames["steps"]),
+        "substeps": {str(n): count for n, count in sorted(Counter(frames["substeps"].astype(int).tolist()).items())},
+        "newton": spread(frames["newton_iterations"]),
+        "error_mm": spread(1e3 * frames["error"]),
+        "late": int(np.count_nonzero(frames["late"] > 0)),
+        "pairs": spread(frames["pairs"]),
+        "min_gap": float(frames["min_gap"].min()),
+        "max_stretch": float(frames["max_stretch"].max()),
+        "body_lag": float(frames["body_lag"].max()),
+        "void": int(frames["retries"].sum()),
         "asked": asked,
         "unclean": unclean,
         "memory_mib": None if at_first is None else (device_memory(case.device) or 0.0) - at_first,
-        "growth_mib": {name: now - memory_at_first[name] for name, now in memory(case.device).items()},
-        "simulated_over_wall": 1e3 * len(times) / case.fps / sum(times),
+        "growth_mib": grown(held["first"], held["last"]),
+        "growth_late_mib": grown(held["middle"], held["last"]) if "middle" in held else {},
+        "simulated_over_wall": 1e3 * len(frames) / case.fps / float(frames["time_ms"].sum()),
     }
 
 
@@ -116,7 +125,6 @@ def memory(device: str) -> dict[str, float]:
     return held if on_device is None else {**held, "device": on_device}
 
 
-def stages(reports: Sequence[StepReport]) -> dict[str, dict[str, float]]:
-    """Each verb's time in a frame [ms]; on a GPU that of the host, which waits within the verbs that read."""
-    names = list(dict.fromkeys(name for r in reports for name in r.times_ms))
-    return {name: spread([r.times_ms.get(name, 0.0) for r in reports]) for name in names}
+def grown(before: Mapping[str, float], now: Mapping[str, float]) -> dict[str, float]:
+    """How much more is held now than before [MiB], of each memory."""
+    return {name: now[name] - before[name] for name in now}
