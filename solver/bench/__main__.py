@@ -2,7 +2,8 @@
 
 Every combination of the garments, motions, sizes, presets and numbers of sessions asked for, one after the other, each
 session in a process of its own; `results.json` and `table.md` go to --out. `--peers` plays two scenes by our solver and
-by others' in the same run, `--roofline` holds the dearest kernels to what the device can do. `--document FILE --of
+by others' in the same run, `--roofline` holds the dearest kernels to what the device can do, `--start` times processes
+until their first frame. `--document FILE --of
 PLACE...` measures nothing and puts what earlier runs left side by side, with plots. Times are wall times of
 `Simulation.advance` until the device is done, of the frames after a second that leads into the motion. IPC Toolkit, one
 of the development's packages, judges between them.
@@ -14,12 +15,15 @@ import argparse
 import itertools
 import json
 import math
+import os
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -32,7 +36,8 @@ from peer_table import row as peer_row  # noqa: E402
 from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
 from roofline_table import section as roofs_told  # noqa: E402
-from worn import JERSEY, Case  # noqa: E402
+from starting_table import row as start_row  # noqa: E402
+from worn import DEMO, JERSEY, Case  # noqa: E402
 
 from tryon_solver.materials.fabric import FABRICS  # noqa: E402
 
@@ -45,10 +50,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     if options.one:
         return one(options)
-    run: dict[str, Any] = {"about": about(options), "results": [], "peers": [], "roofline": []}
+    run: dict[str, Any] = {"about": about(options), "results": [], "peers": [], "roofline": [], "starts": []}
     parts: list[tuple[str, Callable[[argparse.Namespace], Iterator[dict[str, Any]]]]] = [("results", worn_cases)]
     parts += [("peers", peer_cases)] if options.peers is not None else []
     parts += [("roofline", roofline_cases)] if options.roofline else []
+    parts += [("starts", starting_cases)] if options.start else []
     for name, measure in parts:
         for result in measure(options):
             run[name].append(result)
@@ -107,6 +113,23 @@ def roofline_cases(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
         yield result
 
 
+def starting_cases(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """Each garment, motion, size and preset that was asked for, started without kernels in the cache, and then with."""
+    for garment, motion, vertices, preset in itertools.product(
+        options.garments, options.motions, options.vertices, options.presets
+    ):
+        case = Case(garment, motion, vertices, preset, options.device, options.fps, fabric=options.fabric)
+        with tempfile.TemporaryDirectory() as cache:
+            own = mock.patch.dict(os.environ, WARP_CACHE_PATH=cache, CUDA_CACHE_PATH=f"{cache}/driver")
+            for kernels in ("compiled", "from the cache"):
+                with own:
+                    words = ["--task", "start", "--one", json.dumps(case.plain()), "--begun", str(time.time())]
+                    found = alone(f"{case.name}-start", words, options)
+                result = {"name": case.name, "kernels": kernels, **found}
+                print(start_row(result), flush=True)
+                yield result
+
+
 def alone(name: str, words: Sequence[str], options: argparse.Namespace) -> dict[str, Any]:
     """What a process of that name writes, which runs alone."""
     command = [sys.executable, str(HERE), *words, "--name", name, "--out", str(options.out)]
@@ -116,7 +139,8 @@ def alone(name: str, words: Sequence[str], options: argparse.Namespace) -> dict[
 def failing(run: Mapping[str, Any]) -> bool:
     """Did a case of ours fail, or was a frame of it not clean?"""
     ours = [*run["results"], *(r for r in run["peers"] if r["solver"] in PRESETS)]
-    return any("failure" in r or r["unclean"] for r in ours) or any("failure" in r for r in run["roofline"])
+    others = *run["roofline"], *run.get("starts", ())  # which older runs do not tell of
+    return any("failure" in r or r["unclean"] for r in ours) or any("failure" in r for r in others)
 
 
 def write_document(options: argparse.Namespace) -> int:
@@ -162,6 +186,10 @@ def one(options: argparse.Namespace) -> int:
         import roofline
 
         found = roofline.measured(Case(**asked))
+    elif options.task == "start":
+        import starting
+
+        found = starting.measured(Case(**asked), options.begun)
     else:
         found = one_session(Case(**asked), options)
     (options.out / f"{options.name}.json").write_text(json.dumps(found))
@@ -183,32 +211,77 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python solver/bench", description=__doc__.partition("\n")[0])
     add = parser.add_argument
     add("--garments", nargs="*", default=["tshirt"], help="patterns of the demo; no name: none is worn (tshirt)")
-    add("--motions", nargs="+", default=["walk"], help="motions of the demo, or BVH files (walk)")
-    add("--vertices", nargs="+", type=int, default=[2500], metavar="N", help="of the cloth, about (2500)")
+    add("--motions", nargs="+", type=motion, default=["walk"], help="motions of the demo, or BVH files (walk)")
+    add("--vertices", nargs="+", type=count, default=[2500], metavar="N", help="of the cloth, about (2500)")
     add("--presets", nargs="+", default=["draft"], choices=PRESETS, help="(draft)")
-    add("--sessions", nargs="+", type=int, default=[1], metavar="N", help="at once, a process each (1)")
+    add("--sessions", nargs="+", type=count, default=[1], metavar="N", help="at once, a process each (1)")
     add("--accuracies", nargs="*", type=float, metavar="MM", help="estimated errors that frames are solved down to")
     add("--deadlines", nargs="*", type=float, metavar="MS", help="wall time that each frame may take")
     add("--fabric", default=JERSEY, choices=FABRICS, help=f"meshes of over 90,000 need a thinner one ({JERSEY})")
-    add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
-    add("--fps", type=float, default=30.0, help="frames a simulated second (30)")
-    add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion that is measured (3)")
+    add("--device", type=device, default="cpu", help="cpu, cuda:0, ... (cpu)")
+    add("--fps", type=above_zero, default=30.0, help="frames a simulated second (30)")
+    add("--seconds", type=above_zero, default=3.0, metavar="S", help="time of the motion that is measured (3)")
     longest = "wall time after which a case is told of by the frames that it has (none)"
-    add("--longest", type=float, default=math.inf, metavar="S", help=longest)
-    add("--every", type=int, default=10, metavar="K", help="IPC Toolkit is asked about each K-th frame, 0: none (10)")
+    add("--longest", type=above_zero, default=math.inf, metavar="S", help=longest)
+    judged = "IPC Toolkit is asked about each K-th frame, 0: none (10)"
+    add("--every", type=count_or_none, default=10, metavar="K", help=judged)
     others = "two scenes by our presets and by these others (all)"
     add("--peers", nargs="*", choices=OTHERS, metavar="SOLVER", help=f"{others}: {', '.join(OTHERS)}")
     add("--scenes", nargs="+", default=PEER_SCENES, choices=PEER_SCENES, help="of those (both)")
     add("--roofline", action="store_true", help="the dearest kernels against what the device can do at most, too")
+    add("--start", action="store_true", help="from a process's start to its first frame, without and with a cache, too")
     add("--out", type=Path, default=ROOT / "build" / "bench")
     add("--document", type=Path, metavar="FILE", help="measure nothing; write what --of holds, with plots")
     add("--of", type=Path, nargs="+", default=[], metavar="PLACE", help="folders earlier runs wrote to, or their JSON")
-    for of_one, kind in (("--one", str), ("--task", str), ("--name", str), ("--number", int), ("--company", Path)):
-        add(of_one, type=kind, help=argparse.SUPPRESS)
+    of_one = {"--one": str, "--task": str, "--name": str, "--number": int, "--company": Path, "--begun": float}
+    for name, kind in of_one.items():
+        add(name, type=kind, help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if bool(options.document) != bool(options.of):
         parser.error("--document FILE is made --of PLACE ...: give both")
+    if round(options.seconds * options.fps) < 1:
+        parser.error(f"--seconds {options.seconds:g} at --fps {options.fps:g} is less than a frame: measure longer")
     return options
+
+
+def count(word: str) -> int:
+    """A whole number from 1 on."""
+    number = int(word)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{word}: must be 1 or more")
+    return number
+
+
+def count_or_none(word: str) -> int:
+    """A whole number from 0 on."""
+    return count(word) if int(word) else 0
+
+
+def above_zero(word: str) -> float:
+    """A number above 0."""
+    number = float(word)
+    if not number > 0.0:
+        raise argparse.ArgumentTypeError(f"{word}: must be above 0")
+    return number
+
+
+def motion(word: str) -> str:
+    """One of the demo's by name, or a BVH file."""
+    known = sorted(place.stem for place in (DEMO / "motions").glob("*.bvh"))
+    if word not in known and not Path(word).is_file():
+        raise argparse.ArgumentTypeError(f"{word}: no file, nor one of the demo's motions: {', '.join(known)}")
+    return word
+
+
+def device(word: str) -> str:
+    """One that there is."""
+    import warp as wp
+
+    wp.config.quiet = True
+    known = [one.alias for one in wp.get_devices()]
+    if word not in known:
+        raise argparse.ArgumentTypeError(f"{word}: there is {', '.join(known)}")
+    return word
 
 
 def about(options: argparse.Namespace) -> dict[str, str]:

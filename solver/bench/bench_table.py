@@ -7,6 +7,7 @@ from typing import Any
 
 import peer_table
 import roofline_table
+import starting_table
 
 COLUMNS = (
     "case",
@@ -14,7 +15,7 @@ COLUMNS = (
     "frame p50 / p99 / max [ms]",
     "late",
     "error p50 / p99 [mm]",
-    "of real time",
+    "of real time (longer than that)",
     "Newton p50 / max",
     "pairs p50 / max",
     "sub-steps: frames",
@@ -23,7 +24,8 @@ COLUMNS = (
     "lag [mm]",
     "void",
     "crossing of asked",
-    "memory [MiB]",
+    "host waits p50 / p99 / max",
+    "memory (at most) [MiB]",
     "growth [MiB]",
     "dressing [s]",
 )
@@ -39,6 +41,8 @@ def markdown(run: Mapping[str, Any]) -> str:
         lines += ["", "## Other solvers", "", *peer_table.section(run["peers"])]
     if run["roofline"]:
         lines += ["", "## Kernels and roofs", "", *roofline_table.section(run["roofline"])]
+    if run.get("starts"):  # not in older runs
+        lines += ["", "## Starts", "", *starting_table.section(run["starts"])]
     return "\n".join(lines) + "\n"
 
 
@@ -73,7 +77,7 @@ def row(result: Mapping[str, Any]) -> str:
         f"{ms['p50']:.1f} / {ms['p99']:.1f} / {ms['max']:.1f}",
         "–" if r.get("deadline_ms") is None else f"{r['late']} of {r['frames']}",
         f"{r['error_mm']['p50']:.3f} / {r['error_mm']['p99']:.3f}" if "error_mm" in r else "–",  # not in older runs
-        f"{r['simulated_over_wall']:.2f}",
+        f"{r['simulated_over_wall']:.2f}" + behind(r),
         f"{newton['p50']:.0f} / {newton['max']:.0f}",
         f"{pairs['p50']:.0f} / {pairs['max']:.0f}",
         ", ".join(f"{count}: {frames}" for count, frames in r["substeps"].items()),
@@ -82,7 +86,8 @@ def row(result: Mapping[str, Any]) -> str:
         f"{1e3 * r['body_lag']:.1f}",
         r["void"],
         f"{r['unclean']} of {r['asked']}",
-        "–" if r["memory_mib"] is None else f"{r['memory_mib']:.0f}",
+        waits(r),
+        "–" if r["memory_mib"] is None else f"{r['memory_mib']:.0f}" + at_most(r),
         ", ".join(f"{name} {growth:.1f}" + late(r, name) for name, growth in r["growth_mib"].items()),
         f"{r['dressing_s']:.1f}",
     )
@@ -93,3 +98,20 @@ def late(result: Mapping[str, Any], name: str) -> str:
     """Of a memory's growth what came in the second half of the frames, where the run tells it; older ones do not."""
     growth = result.get("growth_late_mib", {})
     return f" ({growth[name]:.1f} late)" if name in growth else ""
+
+
+def behind(result: Mapping[str, Any]) -> str:
+    """The share of frames that took longer than what they are apart; older runs do not tell it, nor the two below."""
+    return f" ({100 * result['behind'] / result['frames']:.1f} %)" if "behind" in result else ""
+
+
+def waits(result: Mapping[str, Any]) -> str:
+    """How often the host waited for a GPU in a frame."""
+    counts = result.get("waits")
+    return "–" if counts is None else f"{counts['p50']:.0f} / {counts['p99']:.0f} / {counts['max']:.0f}"
+
+
+def at_most(result: Mapping[str, Any]) -> str:
+    """The most that was held at any time."""
+    most = result.get("memory_at_most_mib")
+    return "" if most is None else f" ({most:.0f})"

@@ -9,6 +9,7 @@ from typing import Any
 
 import peer_table
 import roofline_table
+import starting_table
 from bench_table import figures_of, stages_of
 from plots import plots
 
@@ -32,7 +33,18 @@ def ended(places: Sequence[Path]) -> list[dict[str, Any]]:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise NoRunError(f"two runs are called {', '.join(twice)}: rename a folder or a file, for the page tells by it")
-    return [{"name": name, **json.loads(file.read_text())} for name, file in zip(names, files)]
+    return [{"name": name, **read(file)} for name, file in zip(names, files)]
+
+
+def read(file: Path) -> dict[str, Any]:
+    """What a run left. Raises NoRunError where it is something else."""
+    try:
+        run = json.loads(file.read_text())
+    except ValueError as error:
+        raise NoRunError(f"{file} is no run's {RESULTS}: {error}") from error
+    if not isinstance(run, dict) or not {"about", "results"} <= run.keys():
+        raise NoRunError(f"{file} is no run's {RESULTS}: it tells nothing of what was measured")
+    return run
 
 
 def write(page: Path, runs: Sequence[Mapping[str, Any]]) -> None:
@@ -64,6 +76,8 @@ def document(runs: Sequence[Mapping[str, Any]], pictures: Mapping[str, str]) -> 
     for run in runs:
         if run["roofline"]:
             lines += [f"## Kernels and roofs: {run['name']}", "", *roofline_table.section(run["roofline"]), ""]
+        if run.get("starts"):  # not in older runs
+            lines += [f"## Starts: {run['name']}", "", *starting_table.section(run["starts"]), ""]
     for run in runs:
         if run["results"]:
             lines += [f"## Stages: {run['name']}", *stages_of(run["results"]), ""]

@@ -27,15 +27,14 @@ def of_all(sessions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         return dict(failed)
     times = [time for s in sessions for time in s["times_ms"]]
     smallest, largest = ("min_gap",), ("max_stretch", "body_lag", "dressing_s")
-    memories = [s["memory_mib"] for s in sessions]
     return {
         **{name: value for name, value in sessions[0].items() if name != "times_ms"},
         "frame_ms": spread(times),
         "slowest_p50_ms": max(s["frame_ms"]["p50"] for s in sessions),
         **{name: min(s[name] for s in sessions) for name in smallest},
         **{name: max(s[name] for s in sessions) for name in largest},
-        **{name: sum(s[name] for s in sessions) for name in ("frames", "void", "late", "asked", "unclean")},
-        "memory_mib": None if None in memories else sum(memories),
+        **{name: sum(s[name] for s in sessions) for name in ("frames", "behind", "void", "late", "asked", "unclean")},
+        **{key: total([s[key] for s in sessions]) for key in ("memory_mib", "memory_at_most_mib")},
         **{key: added([s[key] for s in sessions]) for key in ("growth_mib", "growth_late_mib")},
         "simulated_over_wall": min(s["simulated_over_wall"] for s in sessions),
     }
@@ -44,6 +43,12 @@ def of_all(sessions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def added(parts: Sequence[Mapping[str, float]]) -> dict[str, float]:
     """The sum of each name that all parts have."""
     return {name: sum(part[name] for part in parts) for name in parts[0] if all(name in part for part in parts)}
+
+
+def total(values: Sequence[float | None]) -> float | None:
+    """Their sum; None where one is not known."""
+    known = [value for value in values if value is not None]
+    return sum(known) if len(known) == len(values) else None
 
 
 def mean(values: ArrayLike) -> float:

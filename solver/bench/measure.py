@@ -6,7 +6,6 @@ import itertools
 import resource
 import time
 from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from figures import mean, spread
 from frame_judge import FrameJudge
 from frame_record import FrameRecord
 from together import Company
+from waits import Waits
 from worn import LEAD, Case, put_on
 
 from tryon_solver.simulation import Simulation
@@ -27,8 +27,8 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
     """Figures of `seconds` of the motion after the lead into it, or of as many frames as `longest` s of wall time have
     room for, judging included; each `every`-th frame is judged, 0: none.
 
-    Memory is that of the first and the middle frame to the last one: what is written of the frames, and the judge's,
-    is taken before. All of the company begin at once, and go on until the last one has measured all."""
+    What is written of the frames, and the judge's memory, is taken before. All of the company begin at once, and go on
+    until the last one has measured all."""
     at_first = device_memory(case.device)
     begun = time.perf_counter()
     sim, pose = put_on(case)
@@ -39,14 +39,11 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
     unclean = asked = 0
     since = 0.0
     last = warm + round(seconds * case.fps)
-    half = warm + round(seconds * case.fps / 2)
-    seen: dict[str, float] = {}
-    held: dict[str, dict[str, float]] = {}
+    waits = Waits(case.device)
     for k in itertools.count(1):
         if k == warm + 1:
             judge.judge(sim.cloth_positions(), sim.body_positions())
-            frames = FrameRecord(last - warm, seen)
-            held["first"] = memory(case.device)
+            frames = FrameRecord(last - warm, memory(case.device))
             company.meet("warm")
             since = time.perf_counter()
         if k == last + 1:
@@ -55,23 +52,19 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
             break
         t = k / case.fps
         stance = pose(t)
-        begun = time.perf_counter()
-        report = sim.advance(stance, start + t)
-        wp.synchronize_device(case.device)
-        elapsed = 1e3 * (time.perf_counter() - begun)
-        if k <= warm:
-            seen |= report.times_ms
+        with waits.counted():
+            begun = time.perf_counter()
+            report = sim.advance(stance, start + t)
+            wp.synchronize_device(case.device)
+            elapsed = 1e3 * (time.perf_counter() - begun)
         if not warm < k <= last:
             continue
-        frames.add(elapsed, report)
+        frames.add(elapsed, waits.count, report, memory(case.device))
         if every and k % every == 0:
             asked += 1
             unclean += not judge.judge(sim.cloth_positions(), sim.body_positions()).clean
-        if k == half:
-            held["middle"] = memory(case.device)
         if time.perf_counter() - since > longest:
             last = k
-    held["last"] = memory(case.device)
     body = sim.scene.body
     return {
         **case.plain(),
@@ -83,6 +76,8 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
         "dressing_s": dressing,
         "frames": len(frames),
         "frame_ms": spread(frames["time_ms"]),
+        "behind": int(np.count_nonzero(frames["time_ms"] > 1e3 / case.fps)),
+        "waits": spread(frames["waits"]) if wp.get_device(case.device).is_cuda else None,
         "times_ms": frames["time_ms"].tolist(),
         "stages_ms": {name: spread(times) for name, times in frames.stages().items()},
         "steps": mean(frames["steps"]),
@@ -98,8 +93,9 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
         "asked": asked,
         "unclean": unclean,
         "memory_mib": None if at_first is None else (device_memory(case.device) or 0.0) - at_first,
-        "growth_mib": grown(held["first"], held["last"]),
-        "growth_late_mib": grown(held["middle"], held["last"]) if "middle" in held else {},
+        "memory_at_most_mib": None if at_first is None else device_memory_at_most(case.device) - at_first,
+        "growth_mib": frames.growth(),
+        "growth_late_mib": frames.late_growth(),
         "simulated_over_wall": 1e3 * len(frames) / case.fps / float(frames["time_ms"].sum()),
     }
 
@@ -117,14 +113,14 @@ def device_memory(device: str) -> float | None:
     return float(wp.get_mempool_used_mem_current(device)) / MIB
 
 
+def device_memory_at_most(device: str) -> float:
+    """The most that it has held [MiB], dressing included."""
+    return float(wp.get_mempool_used_mem_high(device)) / MIB
+
+
 def memory(device: str) -> dict[str, float]:
     """What this process holds [MiB]: of the machine's memory, and of the GPU's if it is on one."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     held = {"process": pages * resource.getpagesize() / MIB}
     on_device = device_memory(device)
     return held if on_device is None else {**held, "device": on_device}
-
-
-def grown(before: Mapping[str, float], now: Mapping[str, float]) -> dict[str, float]:
-    """How much more is held now than before [MiB], of each memory."""
-    return {name: now[name] - before[name] for name in now}

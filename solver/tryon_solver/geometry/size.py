@@ -36,8 +36,10 @@ def in_size(mesh: PanelMesh, size: float) -> PanelMesh:
 def mesh_with_vertices(pattern: Pattern, vertices: int, size: float = 1.0) -> PanelMesh:
     """The pattern in `size`, meshed as finely as gives about so many vertices once its seams are closed.
 
-    Raises PatternError.
+    Raises PatternError; ValueError for fewer than 3.
     """
+    if vertices < 3:
+        raise ValueError(f"vertices: {vertices} are no mesh; ask for 3 or more")
     edge, mesh = FIRST_EDGE, None
     for _ in range(COUNT_ROUNDS):
         mesh = mesh_in_size(pattern, edge, size)

@@ -121,8 +121,12 @@ def part_kernel(way: wp.array(dtype=wp.vec3), x: wp.array(dtype=wp.vec3), carrie
 
 class Lead:
     """Of all A vertices: the `way` (A,) m that each is led in this step, and `expected` (A,) m, what its solve is to
-    add. `before` (A,) m is what the step before the last one did, and `time` (1,) s how long the last one was, 0 if
-    nothing is known of it. A step of several sub-steps leads by a `share` (1,) of the way in each."""
+    add.
+
+    By the last step, whose `solved` the simulation has, and the one before: `time` (1,) s is how long the last one was,
+    0 if nobody may be led by it; `before` (A,) m is the `solved` of the one before, 0 if that was none to go by, of
+    which `known` tells while there is no last one yet. A step of several sub-steps leads by a `share` (1,) of the way
+    in each."""
 
     def __init__(self, count: int, device: str) -> None:
         def vectors() -> wp.array:
@@ -130,6 +134,7 @@ class Lead:
 
         self.way, self.expected, self.before = vectors(), vectors(), vectors()
         self.time, self.share = (wp.zeros(1, dtype=wp.float32, device=device) for _ in range(2))
+        self.known = False
 
     def set_out(self, sim: Simulation) -> None:
         """For the device: let `direction` (A,) m, the body's motion from x, lead the cloth, too; `x_carried` (A,) m is
@@ -156,20 +161,27 @@ class Lead:
 
     def part(self, sim: Simulation) -> None:
         """For the device: let `x_carried` be where the body alone has taken everybody: x less what of its way each was
-        led."""
+        led, as far as that can be told. Of a motion that was turned aside or stopped, what x lacks along the way is
+        taken for a lack of being led, whichever of the two fell short."""
         launch(part_kernel, sim.all_count, [self.way, sim.state.x], [sim.x_carried], device=sim.device)
 
     def look_back(self, sim: Simulation) -> None:
         """There will be another `solved`, of this step."""
-        wp.copy(self.before, sim.solved)
+        if self.known:
+            wp.copy(self.before, sim.solved)
+        else:
+            self.before.zero_()
         wp.copy(self.time, sim.state.dt)
+        self.known = True
 
     def forget(self) -> None:
-        """Nobody is led in the next step."""
+        """Nobody is led until two more steps are known."""
         self.time.zero_()
+        self.known = False
 
     def begin_as(self, worn: Lead | None) -> None:
         """Begin where cloth that is `worn` has ended a step."""
         if worn is not None:
             wp.copy(self.before, worn.before)
             wp.copy(self.time, worn.time)
+            self.known = worn.known

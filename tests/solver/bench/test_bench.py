@@ -27,7 +27,6 @@ def measured(tmp_path_factory):
     return json.loads((out / "results.json").read_text()), (out / "table.md").read_text()
 
 
-@pytest.mark.long
 def test_a_case_is_measured_frame_by_frame(measured):
     (result,) = measured[0]["results"]
     assert result["frames"] == 6
@@ -43,9 +42,11 @@ def test_a_case_is_measured_frame_by_frame(measured):
     assert result["steps"] == 1
     assert result["newton"]["p50"] > 0
     assert result["pairs"]["p50"] > 0
+    assert 0 <= result["behind"] <= 6
+    assert set(result["growth_mib"]) == set(result["growth_late_mib"]) == {"process"}
+    assert result["waits"] is None  # a processor waits for nobody
 
 
-@pytest.mark.long
 def test_the_table_has_the_case_and_its_stages(measured):
     results, table = measured
     assert f"| {results['results'][0]['name']} |" in table
@@ -89,3 +90,45 @@ def test_a_case_that_fails_is_said_to_have_failed(tmp_path):
     assert ran.returncode == 1
     assert "FAILED: ended with status 1" in ran.stdout
     assert "crown.json" in (tmp_path / "table.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("--vertices", "-5", "must be 1 or more"),
+        ("--sessions", "0", "must be 1 or more"),
+        ("--every", "-1", "must be 1 or more"),
+        ("--fps", "0", "must be above 0"),
+        ("--seconds", "nan", "must be above 0"),
+        ("--seconds", "0.001", "less than a frame"),
+        ("--device", "cuda:99", "there is cpu"),
+        ("--motions", "nosuch", "jumping_jack"),
+    ],
+)
+def test_an_option_that_can_not_be_is_refused_by_name(tmp_path, option, value, said):
+    ran = bench(tmp_path, option, value)
+    assert ran.returncode == 2
+    assert option in ran.stderr
+    assert said in ran.stderr
+    assert "Traceback" not in ran.stderr
+
+
+def test_a_file_that_no_run_left_is_refused_by_name(tmp_path):
+    for written in ("# a table", "[1]", "{}"):
+        (tmp_path / "other.json").write_text(written)
+        ran = bench(tmp_path, "--document", str(tmp_path / "page.md"), "--of", str(tmp_path / "other.json"))
+        assert ran.returncode == 2
+        assert "other.json is no run's results.json" in ran.stderr
+        assert "Traceback" not in ran.stderr
+    assert not (tmp_path / "page.md").exists()
+
+
+@pytest.mark.long
+def test_a_start_is_timed_without_and_with_kernels_in_the_cache(tmp_path):
+    ran = bench(tmp_path, "--start", "--vertices", "150", "--every", "0")
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    cold, warm = json.loads((tmp_path / "results.json").read_text())["starts"]
+    assert (cold["kernels"], warm["kernels"]) == ("compiled", "from the cache")
+    for start in (cold, warm):
+        assert 0 < start["imported_s"] < start["worn_s"] < start["first_frame_s"]
+    assert "## Starts" in (tmp_path / "table.md").read_text()

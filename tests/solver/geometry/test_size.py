@@ -40,3 +40,9 @@ def test_a_number_of_vertices_is_met_in_any_size(vertices, size, two_squares):
     mesh = mesh_with_vertices(pattern, vertices, size)
     assert weld(mesh).vertex_count == pytest.approx(vertices, rel=0.05)
     assert np.ptp(mesh.uv, axis=0) == pytest.approx(size * np.ptp(mesh_pattern(pattern, 0.05).uv, axis=0))
+
+
+@pytest.mark.parametrize("vertices", [-5, 0, 2])
+def test_fewer_vertices_than_a_triangle_are_refused(vertices, two_squares):
+    with pytest.raises(ValueError, match=f"vertices: {vertices}"):
+        mesh_with_vertices(parse_pattern(two_squares), vertices)

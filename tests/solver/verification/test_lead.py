@@ -211,8 +211,8 @@ def test_what_was_led_is_told_from_what_the_body_did(went, taken):
     np.testing.assert_allclose(sim.x_carried.numpy(), left, rtol=0, atol=1e-6)
 
 
-def test_after_a_void_step_nobody_is_led(monkeypatch):
-    """What a step that was given up has not done is no motion to go on with."""
+def test_after_a_void_step_nobody_is_led_until_two_more_are_known(monkeypatch):
+    """What a step that was given up has not done is no motion to go on with, nor what was done before it."""
     sim = on_slope()
     for k in range(6):
         sim.advance(STILL, (k + 1) / FPS)
@@ -222,5 +222,9 @@ def test_after_a_void_step_nobody_is_led(monkeypatch):
     monkeypatch.setattr(correct, "SHARES", ())
     assert sim.advance(STILL, 7 / FPS).retries == 1
     monkeypatch.undo()
-    sim.advance(STILL, 8 / FPS)
-    assert not sim.lead.way.numpy().any()
+    for k in (8, 9):
+        sim.lead.way.fill_(np.nan)
+        sim.advance(STILL, k / FPS)
+        assert not sim.lead.way.numpy().any()
+    sim.advance(STILL, 10 / FPS)
+    assert sim.lead.way.numpy().any()
