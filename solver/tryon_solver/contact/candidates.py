@@ -340,28 +340,31 @@ def list_near(
 
 @wp.kernel
 def list_closing_kernel(
+    count: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
     displacement: wp.array(dtype=wp.vec3),
     xi: float,
+    threads: int,
     near_out: wp.array(dtype=wp.int32),
     near_count: wp.array(dtype=wp.int32),
 ):
-    c = wp.tid()
-    v = ids[c]
-    closer = approach(kind[c], displacement[v[0]], displacement[v[1]], displacement[v[2]], displacement[v[3]])
-    if distance[c] <= xi + MOST_USED * closer:
-        near_out[next_slot(near_count, 0)] = c
+    for c in range(wp.tid(), count[0], threads):
+        v = ids[c]
+        closer = approach(kind[c], displacement[v[0]], displacement[v[1]], displacement[v[2]], displacement[v[3]])
+        if distance[c] <= xi + MOST_USED * closer:
+            near_out[next_slot(near_count, 0)] = c
 
 
 def list_closing(candidates: Candidates, displacement: wp.array, xi: float) -> None:
     """List as near the stencils that `displacement` (A,) m, taken as it is, could use up 1/MOST_USED of the gap of."""
     clear(candidates.near_count)
+    threads = candidates.threads
     launch(
         list_closing_kernel,
-        candidates.size,
-        [candidates.ids, candidates.kind, candidates.distance, displacement, xi],
+        threads,
+        [candidates.count, candidates.ids, candidates.kind, candidates.distance, displacement, xi, threads],
         [candidates.near, candidates.near_count],
         device=displacement.device,
     )

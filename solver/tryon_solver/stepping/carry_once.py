@@ -164,23 +164,33 @@ def filter_motion(sim: Simulation, sight: Sight | None, share: float) -> None:
     seen = sight or look(sim)
     if many(sim, seen.leaving):
         turn_aside(sim)
-        look(sim)
         search_as_far(sim, work.direction, share)
-        turn_aside(sim)
-        seen = look(sim)
+        seen = turn_aside(sim)
     for _ in range(FILTER_ROUNDS):
         if seen.leaving:
             search_further(sim, work.direction, work.alpha)
         elif not seen.held:
             return
-        turn_aside(sim)
-        seen = look(sim)
+        seen = turn_aside(sim)
     while seen.leaving:
         search_further(sim, work.direction, work.alpha)
         seen = look_on(sim)
 
 
-def turn_aside(sim: Simulation) -> None:
+def turn_aside(sim: Simulation) -> Sight:
+    """Turn the motion aside where it could close a gap, and look how far what is left of it is free. Waits for the
+    device."""
+
+    def deflect_and_look() -> None:
+        deflect_motion(sim)
+        sim.work.alpha.fill_(1.0)
+        launch_look(sim)
+
+    as_one(sim, "turn_aside", deflect_and_look)
+    return what_was_seen(sim)
+
+
+def deflect_motion(sim: Simulation) -> None:
     """Deflect `direction` where it could close a gap; who cannot collide has no say in it."""
     sizes = sim.contact.sizes
     candidates.list_closing(sim.candidates, sim.work.direction, max(sizes.xi_body, sizes.xi_self))
@@ -208,6 +218,11 @@ def look(sim: Simulation) -> Sight:
 def look_on(sim: Simulation) -> Sight:
     """The same from `alpha` as it is."""
     launch_look(sim)
+    return what_was_seen(sim)
+
+
+def what_was_seen(sim: Simulation) -> Sight:
+    """By the last look. Waits for the device."""
     passes, leaving = read(sim.filtering.passes.state, sim.work.hits)
     return Sight(sim.filtering.passes.number_in(passes), int(leaving[0]))
 
