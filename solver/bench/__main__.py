@@ -3,10 +3,9 @@
 Every combination of the garments, motions, sizes, presets and numbers of sessions asked for, one after the other, each
 session in a process of its own; `results.json` and `table.md` go to --out. `--peers` plays two scenes by our solver and
 by others' in the same run, `--roofline` holds the dearest kernels to what the device can do, `--start` times processes
-until their first frame. `--document FILE --of
-PLACE...` measures nothing and puts what earlier runs left side by side, with plots. Times are wall times of
-`Simulation.advance` until the device is done, of the frames after a second that leads into the motion. IPC Toolkit, one
-of the development's packages, judges between them.
+until their first frame. `--document FILE --of PLACE...` measures nothing and puts what earlier runs left side by side,
+with plots. Times are wall times of `Simulation.advance` until the device is done, of the frames after a second that
+leads into the motion. IPC Toolkit, one of the development's packages, judges between them.
 """
 
 from __future__ import annotations
@@ -29,6 +28,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT / folder) for folder in ("solver/bench", "solver", "tests/support")]  # this checkout
 
+import option_types as kinds  # noqa: E402
 from bench_table import markdown, row  # noqa: E402
 from figures import of_all  # noqa: E402
 from peer_case import FPS, OTHERS, PEER_SCENES, PRESETS, PeerCase  # noqa: E402
@@ -37,7 +37,7 @@ from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
 from roofline_table import section as roofs_told  # noqa: E402
 from starting_table import row as start_row  # noqa: E402
-from worn import DEMO, JERSEY, Case  # noqa: E402
+from worn import JERSEY, Case  # noqa: E402
 
 from tryon_solver.materials.fabric import FABRICS  # noqa: E402
 
@@ -103,22 +103,22 @@ def peer_cases(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
 
 def roofline_cases(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """The dearest kernels of each garment, motion, size and preset that was asked for."""
-    for garment, motion, vertices, preset in itertools.product(
-        options.garments, options.motions, options.vertices, options.presets
-    ):
-        case = Case(garment, motion, vertices, preset, options.device, options.fps, fabric=options.fabric)
+    for case in cases_alone(options):
         found = alone(f"{case.name}-roofline", ["--task", "roofline", "--one", json.dumps(case.plain())], options)
         result = {"name": case.name, **found}
         print("\n".join(roofs_told([result])), flush=True)
         yield result
 
 
+def cases_alone(options: argparse.Namespace) -> Iterator[Case]:
+    """Each garment, motion, size and preset that was asked for, a session by itself."""
+    for chosen in itertools.product(options.garments, options.motions, options.vertices, options.presets):
+        yield Case(*chosen, options.device, options.fps, fabric=options.fabric)
+
+
 def starting_cases(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """Each garment, motion, size and preset that was asked for, started without kernels in the cache, and then with."""
-    for garment, motion, vertices, preset in itertools.product(
-        options.garments, options.motions, options.vertices, options.presets
-    ):
-        case = Case(garment, motion, vertices, preset, options.device, options.fps, fabric=options.fabric)
+    for case in cases_alone(options):
         with tempfile.TemporaryDirectory() as cache:
             own = mock.patch.dict(os.environ, WARP_CACHE_PATH=cache, CUDA_CACHE_PATH=f"{cache}/driver")
             for kernels in ("compiled", "from the cache"):
@@ -211,20 +211,20 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python solver/bench", description=__doc__.partition("\n")[0])
     add = parser.add_argument
     add("--garments", nargs="*", default=["tshirt"], help="patterns of the demo; no name: none is worn (tshirt)")
-    add("--motions", nargs="+", type=motion, default=["walk"], help="motions of the demo, or BVH files (walk)")
-    add("--vertices", nargs="+", type=count, default=[2500], metavar="N", help="of the cloth, about (2500)")
+    add("--motions", nargs="+", type=kinds.motion, default=["walk"], help="motions of the demo, or BVH files (walk)")
+    add("--vertices", nargs="+", type=kinds.count, default=[2500], metavar="N", help="of the cloth, about (2500)")
     add("--presets", nargs="+", default=["draft"], choices=PRESETS, help="(draft)")
-    add("--sessions", nargs="+", type=count, default=[1], metavar="N", help="at once, a process each (1)")
+    add("--sessions", nargs="+", type=kinds.count, default=[1], metavar="N", help="at once, a process each (1)")
     add("--accuracies", nargs="*", type=float, metavar="MM", help="estimated errors that frames are solved down to")
     add("--deadlines", nargs="*", type=float, metavar="MS", help="wall time that each frame may take")
     add("--fabric", default=JERSEY, choices=FABRICS, help=f"meshes of over 90,000 need a thinner one ({JERSEY})")
-    add("--device", type=device, default="cpu", help="cpu, cuda:0, ... (cpu)")
-    add("--fps", type=above_zero, default=30.0, help="frames a simulated second (30)")
-    add("--seconds", type=above_zero, default=3.0, metavar="S", help="time of the motion that is measured (3)")
+    add("--device", type=kinds.device, default="cpu", help="cpu, cuda:0, ... (cpu)")
+    add("--fps", type=kinds.finite, default=30.0, help="frames a simulated second (30)")
+    add("--seconds", type=kinds.finite, default=3.0, metavar="S", help="time of the motion that is measured (3)")
     longest = "wall time after which a case is told of by the frames that it has (none)"
-    add("--longest", type=above_zero, default=math.inf, metavar="S", help=longest)
+    add("--longest", type=kinds.above_zero, default=math.inf, metavar="S", help=longest)
     judged = "IPC Toolkit is asked about each K-th frame, 0: none (10)"
-    add("--every", type=count_or_none, default=10, metavar="K", help=judged)
+    add("--every", type=kinds.count_or_none, default=10, metavar="K", help=judged)
     others = "two scenes by our presets and by these others (all)"
     add("--peers", nargs="*", choices=OTHERS, metavar="SOLVER", help=f"{others}: {', '.join(OTHERS)}")
     add("--scenes", nargs="+", default=PEER_SCENES, choices=PEER_SCENES, help="of those (both)")
@@ -242,46 +242,6 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     if round(options.seconds * options.fps) < 1:
         parser.error(f"--seconds {options.seconds:g} at --fps {options.fps:g} is less than a frame: measure longer")
     return options
-
-
-def count(word: str) -> int:
-    """A whole number from 1 on."""
-    number = int(word)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{word}: must be 1 or more")
-    return number
-
-
-def count_or_none(word: str) -> int:
-    """A whole number from 0 on."""
-    return count(word) if int(word) else 0
-
-
-def above_zero(word: str) -> float:
-    """A number above 0."""
-    number = float(word)
-    if not number > 0.0:
-        raise argparse.ArgumentTypeError(f"{word}: must be above 0")
-    return number
-
-
-def motion(word: str) -> str:
-    """One of the demo's by name, or a BVH file."""
-    known = sorted(place.stem for place in (DEMO / "motions").glob("*.bvh"))
-    if word not in known and not Path(word).is_file():
-        raise argparse.ArgumentTypeError(f"{word}: no file, nor one of the demo's motions: {', '.join(known)}")
-    return word
-
-
-def device(word: str) -> str:
-    """One that there is."""
-    import warp as wp
-
-    wp.config.quiet = True
-    known = [one.alias for one in wp.get_devices()]
-    if word not in known:
-        raise argparse.ArgumentTypeError(f"{word}: there is {', '.join(known)}")
-    return word
 
 
 def about(options: argparse.Namespace) -> dict[str, str]:
