@@ -17,7 +17,7 @@ import warp as wp
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.contact.filtering import HITS, NUMBER, Passes
+from tryon_solver.contact.filtering import HITS, MORE, NUMBER, Passes
 from tryon_solver.contact.region import Region
 from tryon_solver.linalg.clear import clear
 from tryon_solver.linalg.launch import launch
@@ -65,6 +65,8 @@ def shorten_kernel(
 ):
     """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before, or this one so far, has
     shortened; it goes by `before`."""
+    if passes[MORE] == 0:
+        return
     for entry in range(wp.tid(), listed[0], threads):
         c = candidate_at(near, some, entry)
         v = ids[c]

@@ -264,18 +264,12 @@ def find(candidates: Candidates, scope: Scope) -> None:
     settle(candidates, scope, counted(candidates.found[: len(scope.others)]))
 
 
-def extend(candidates: Candidates, scope: Scope) -> None:
-    """Add to `candidates` the stencils that come into question because budgets have grown since they were found.
-
-    The region's paths must be the same. A budget that has shrunk counts as it was. Waits for the device.
-    """
-    launch_extension(candidates, scope)
-    settle(candidates, scope, counted(candidates.found[: len(scope.others)]))
-
-
 def launch_extension(candidates: Candidates, scope: Scope) -> None:
-    """Launch what `extend` does, which is done when `settle` is told what was counted, or where there was room for all
-    of it."""
+    """Launch what adds to `candidates` the stencils that come into question because budgets have grown since they were
+    found; it is done when `settle` is told what was counted, or where there was room for all of it.
+
+    The region's paths must be the same. A budget that has shrunk counts as it was.
+    """
     begin(candidates, scope, anew=False)
 
 

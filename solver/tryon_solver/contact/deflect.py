@@ -29,7 +29,7 @@ from tryon_solver.contact.bounds import floor_of
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.contact.filtering import HITS, NUMBER, Passes
+from tryon_solver.contact.filtering import HITS, MORE, NUMBER, Passes
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import add, places, taken
 
@@ -87,6 +87,8 @@ def deflect_kernel(
     passes: wp.array(dtype=wp.int32),
 ):
     """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before has pushed."""
+    if passes[MORE] == 0:
+        return
     for entry in range(wp.tid(), listed[0], threads):
         c = candidate_at(near, some, entry)
         v = ids[c]

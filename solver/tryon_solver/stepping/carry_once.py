@@ -14,20 +14,21 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.contact import bounds, candidates, deflect, found
+from tryon_solver.contact.filtering import Passes
 from tryon_solver.linalg.device_loop import keeps_graphs
 from tryon_solver.linalg.read_back import Reading, read
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import (
     begin_search,
     end_search,
+    end_search_further,
     follow,
     found_of,
     launch_search_along,
+    launch_search_further,
     list_holds,
     many,
     search_along,
-    search_as_far,
-    search_further,
 )
 from tryon_solver.stepping.take import move
 
@@ -40,11 +41,12 @@ HELD_GAP = 0.3  # share of the activation distance that the carried motion leave
 
 @dataclass(frozen=True)
 class Sight:
-    """What was seen of the motion in `direction`: the passes that shortened something, and how many vertices leave the
-    region by what is left of it, which is in `alpha`."""
+    """What was seen of the motion in `direction`: the passes that shortened something, how many vertices leave the
+    region by what is left of it, which is in `alpha`, and whether any piece flies in this step."""
 
     held: int
     leaving: int
+    flying: bool
 
 
 def looks_ahead(sim: Simulation) -> bool:
@@ -62,10 +64,10 @@ def look_ahead(sim: Simulation, share: float) -> Sight | None:
 
 def set_out_and_go(
     sim: Simulation, set_out: Callable[[], None], go_on: Callable[[], None]
-) -> tuple[Sight | None, bool]:
+) -> tuple[Sight | None, bool, float]:
     """Launch what sets out, and look ahead along the `direction` that it leaves. Where all of that motion is free, and
     `largest_out` holds no more than a sub-step's travel, the device takes it and goes on by itself, while the host
-    still reads: did it?"""
+    still reads: did it, and what does that hold [m]?"""
 
     def look() -> None:
         set_out()
@@ -79,10 +81,10 @@ def set_out_and_go(
 
     begin_search(sim)
     as_one(sim, "set_out_and_look_ahead", look)
-    reading = Reading(*what_is_seen(sim), sim.clear)
+    reading = Reading(*what_is_seen(sim), sim.clear, sim.largest_out)
     as_one(sim, "go_on", lambda: wp.capture_if(sim.clear, take))
-    *read_so_far, clear = reading.end()
-    return seen(sim, read_so_far), bool(clear[0])
+    *told, clear, travel = reading.end()
+    return seen(sim, told), bool(clear[0]), float(travel[0])
 
 
 def launch_search_and_look(sim: Simulation, share: float) -> None:
@@ -92,17 +94,30 @@ def launch_search_and_look(sim: Simulation, share: float) -> None:
     launch_look(sim)
 
 
+def where_told(sim: Simulation) -> list[wp.array]:
+    """Where it is told what a look saw."""
+    return [sim.filtering.passes.state, sim.work.hits, *([] if sim.flight is None else [sim.flight.any])]
+
+
 def what_is_seen(sim: Simulation) -> list[wp.array]:
-    """Where it is told."""
-    return [sim.filtering.passes.state, sim.work.hits, *(one.counts for one in found_of(sim))]
+    """The same of a search and a look."""
+    return [*where_told(sim), *(one.counts for one in found_of(sim))]
 
 
-def seen(sim: Simulation, told: Sequence[np.ndarray]) -> Sight | None:
-    """What has been read of it; the search has ended."""
-    state, leaving, *counts = told
-    fitted = end_search(sim, [found.counts_of(each) for each in counts])
-    known = fitted and sim.candidates.size > 0
-    return Sight(sim.filtering.passes.number_in(state), int(leaving[0])) if known else None
+def sight_of(told: Sequence[np.ndarray]) -> Sight:
+    """What a look saw, of what has been read of it."""
+    state, leaving, *flying = told
+    return Sight(Passes.number_in(state), int(leaving[0]), any(some[0] for some in flying))
+
+
+def seen(
+    sim: Simulation, told: Sequence[np.ndarray], end: Callable[[Simulation, list[found.Counts]], bool] = end_search
+) -> Sight | None:
+    """What has been read of both; the search has ended, as `end` ends it. None: there was too little room for what was
+    found, or nothing was."""
+    looks = len(where_told(sim))
+    fitted = end(sim, [found.counts_of(each) for each in told[looks:]])
+    return sight_of(told[:looks]) if fitted and sim.candidates.size > 0 else None
 
 
 def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
@@ -143,7 +158,7 @@ def stop_short(sim: Simulation, sight: Sight | None, share: float) -> Sight | No
         return sight
     for _ in range(flight.pieces):
         sight = sight or look(sim)
-        if not sight.held or not flight.under_way:
+        if not sight.held or not sight.flying:
             return sight
         sight = None
         if not flight.stop_short(sim):
@@ -160,34 +175,82 @@ def filter_motion(sim: Simulation, sight: Sight | None, share: float) -> None:
     they were expected would list all that lies in the fold with all else in it. Of the few who are left it goes
     further, and the motion is looked at again; in the end it is shortened alone, by what each search finds.
     """
-    work = sim.work
     seen = sight or look(sim)
     if many(sim, seen.leaving):
-        turn_aside(sim)
-        search_as_far(sim, work.direction, share)
-        seen = turn_aside(sim)
+        as_one(sim, "turn_aside", lambda: turn_aside(sim))
+        seen = search_and(sim, as_far(share), turn_aside)
     for _ in range(FILTER_ROUNDS):
         if seen.leaving:
-            search_further(sim, work.direction, work.alpha)
-        elif not seen.held:
+            seen = search_and(sim, FURTHER, turn_aside)
+        elif seen.held:
+            as_one(sim, "turn_aside", lambda: turn_aside(sim))
+            seen = what_was_seen(sim)
+        else:
             return
-        seen = turn_aside(sim)
     while seen.leaving:
-        search_further(sim, work.direction, work.alpha)
-        seen = look_on(sim)
+        seen = search_and(sim, FURTHER, launch_look)
 
 
-def turn_aside(sim: Simulation) -> Sight:
-    """Turn the motion aside where it could close a gap, and look how far what is left of it is free. Waits for the
-    device."""
+@dataclass(frozen=True)
+class Search:
+    """What begins a search, launches it, and ends it once what was counted has been read: was there room for that?"""
 
-    def deflect_and_look() -> None:
-        deflect_motion(sim)
-        sim.work.alpha.fill_(1.0)
-        launch_look(sim)
+    name: str
+    begin: Callable[[Simulation], None]
+    launch: Callable[[Simulation], None]
+    end: Callable[[Simulation, list[found.Counts]], bool]
 
-    as_one(sim, "turn_aside", deflect_and_look)
-    return what_was_seen(sim)
+
+def as_far(share: float) -> Search:
+    """Along all of the motion that `alpha` leaves; `share` as of `look_ahead`."""
+
+    def launch(sim: Simulation) -> None:
+        bounds.find_allowed(sim.work.direction, sim.work.alpha, sim.work.total)
+        launch_search_along(sim, sim.state.x, sim.work.total, share)
+
+    return Search(f"search_as_far_{share:g}", begin_search, launch, end_search)
+
+
+def keep_list(_sim: Simulation) -> None:
+    """A search that goes further begins with what has been found."""
+
+
+def launch_further(sim: Simulation) -> None:
+    """Search for those whom what `alpha` leaves of the motion takes out of the region, too."""
+    launch_search_further(sim, sim.work.direction, sim.work.alpha)
+
+
+FURTHER = Search("search_further", keep_list, launch_further, end_search_further)
+
+
+def search_and(sim: Simulation, search: Search, look_at: Callable[[Simulation], None]) -> Sight:
+    """Search, and have the motion looked at by what `look_at` launches: a GPU's host waits once for both. Where there
+    was no room for what was found it is looked at again, as there is none to search in one launch with it."""
+    sight, together = None, looks_ahead(sim)
+
+    def both() -> None:
+        search.launch(sim)
+        look_at(sim)
+
+    search.begin(sim)
+    if together:
+        as_one(sim, f"{search.name}_and_{look_at.__name__}", both)
+        sight = seen(sim, Reading(*what_is_seen(sim)).end(), search.end)
+    else:
+        search.launch(sim)
+        search.end(sim, found.counted(found_of(sim)))
+    if sight is None:
+        as_one(sim, look_at.__name__, lambda: look_at(sim))
+        sight = what_was_seen(sim)
+    return sight
+
+
+def turn_aside(sim: Simulation) -> None:
+    """Turn the motion aside where it could close a gap, and look how far what is left of it is free, for who waits
+    later."""
+    deflect_motion(sim)
+    sim.work.alpha.fill_(1.0)
+    launch_look(sim)
 
 
 def deflect_motion(sim: Simulation) -> None:
@@ -223,8 +286,7 @@ def look_on(sim: Simulation) -> Sight:
 
 def what_was_seen(sim: Simulation) -> Sight:
     """By the last look. Waits for the device."""
-    passes, leaving = read(sim.filtering.passes.state, sim.work.hits)
-    return Sight(sim.filtering.passes.number_in(passes), int(leaving[0]))
+    return sight_of(read(*where_told(sim)))
 
 
 def launch_look(sim: Simulation) -> None:

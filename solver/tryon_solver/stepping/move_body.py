@@ -74,10 +74,10 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
         sim.flight.look_about(sim)
     sight = None
     if goes_on(sim, before, end):
-        sight, sim.under_way = set_out_and_go(sim, lambda: set_out(sim), begin)
+        sight, sim.under_way, travel = set_out_and_go(sim, lambda: set_out(sim), begin)
     else:
         as_one(sim, "be_brought_along" if sim.comes_along else "set_out", lambda: set_out(sim))
-    travel = 0.0 if sim.under_way else float(read(sim.largest_out)[0][0])
+        travel = float(read(sim.largest_out)[0][0])
     count = max(1, math.ceil(travel / settings.substep_travel))
     short = count > settings.most_substeps
     if short:

@@ -90,12 +90,6 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
     end_search(sim, found.counted(found_of(sim)))
 
 
-def search_as_far(sim: Simulation, direction: wp.array, share: float) -> None:
-    """The same of all that go as far along it as `alpha` lets them."""
-    bounds.find_allowed(direction, sim.work.alpha, sim.work.total)
-    search_along(sim, sim.state.x, sim.work.total, share)
-
-
 def many(sim: Simulation, leaving: int) -> bool:
     """Do so many vertices leave the region that it is dearer to extend it than to search anew?"""
     return leaving > MANY * sim.all_count
@@ -124,16 +118,30 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
 
     The distances must be those at x.
     """
+    launch_search_further(sim, direction, alpha, most)
+    end_search_further(sim, found.counted(found_of(sim)))
+
+
+def launch_search_further(
+    sim: Simulation, direction: wp.array, alpha: wp.array, most: float = math.inf
+) -> None:
+    """Launch it; it is done when `end_search_further` is told what was counted."""
     state = sim.state
     if not sim.candidates.size:
         furthest = sim.progress.ways[LEAST]
         sim.region.stay_near(state.x, state.x_feasible, sim.work.least, furthest, search_slack(sim))
     sim.progress.further.fill_(most)
     sim.region.grant(state.x, direction, alpha, search_slack(sim), sim.progress.further)
-    broad_phase.extend(sim.candidates, scope(sim, sim.state.x))
-    wp.copy(sim.x_listed, sim.state.x)
+    broad_phase.launch_extension(sim.candidates, scope(sim, state.x))
+    wp.copy(sim.x_listed, state.x)
+
+
+def end_search_further(sim: Simulation, counts: Sequence[Counts]) -> bool:
+    """The list is extended; was there room for all that was counted?"""
+    fitted = broad_phase.settle(sim.candidates, scope(sim, sim.x_listed), counts)
     sim.searches += 1
     distrust_list(sim)
+    return fitted
 
 
 def distrust_list(sim: Simulation) -> None:

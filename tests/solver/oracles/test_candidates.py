@@ -449,7 +449,8 @@ def test_an_extended_list_lacks_nothing_far_from_the_origin():
         grown = rng.random(len(x)) < 0.3
         budgets[grown] += rng.uniform(0.002, 0.02, grown.sum()).astype(np.float32)
         sim.region.budget.assign(budgets)
-        broad_phase.extend(sim.candidates, scope(sim, sim.state.x))
+        broad_phase.launch_extension(sim.candidates, scope(sim, sim.state.x))
+        broad_phase.settle(sim.candidates, scope(sim, sim.state.x), found.counted(sim.candidates.found))
         extended = named(sim.candidates)
         sim.candidates.clear()
         broad_phase.find(sim.candidates, scope(sim, sim.state.x))

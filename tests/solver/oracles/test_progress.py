@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from tryon_solver.contact import filtering
 from tryon_solver.contact.filtering import Passes
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.stepping.progress import Progress
@@ -252,13 +253,17 @@ def test_it_starts_at_the_trial_unless_that_is_further_from_balance(device, more
 @wp.kernel
 def hit_kernel(until: int, passes: wp.array(dtype=wp.int32), seen_out: wp.array(dtype=wp.int32)):
     number = passes[0]
+    if passes[1] == 0:
+        return
     wp.atomic_add(seen_out, number, 1)
     if number < until:
         wp.atomic_add(passes, 2, 1)
 
 
 @pytest.mark.parametrize(("until", "taken", "launched"), [(0, 0, 1), (3, 3, 4), (6, 6, 6), (99, 6, 6)])
-def test_passes_end_with_the_first_that_finds_nothing(device, until, taken, launched):
+@pytest.mark.parametrize("turns", [1, 2, 4, 9])
+def test_passes_end_with_the_first_that_finds_nothing(device, until, taken, launched, turns, monkeypatch):
+    monkeypatch.setattr(filtering, "turns_at_once", lambda _array: turns)
     passes = Passes.allocate(device)
     passes.state.fill_(55)
     seen = wp.zeros(8, dtype=wp.int32, device=device)

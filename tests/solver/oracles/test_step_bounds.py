@@ -8,7 +8,7 @@ from small_scenes import sheet
 from tangles import Tangle
 
 from tryon_solver import step
-from tryon_solver.contact import bounds
+from tryon_solver.contact import bounds, filtering
 from tryon_solver.contact.region import Region
 from tryon_solver.contact.verify import SAFE_SHARE, violations
 from tryon_solver.scene import Gravity, Scene
@@ -69,6 +69,15 @@ def test_who_falls_behind_is_searched_for_where_that_is(tangle):
         after = sim.state.x.numpy().astype(np.float64)
         assert tangle.is_free(x, after)
         x = after
+
+
+def test_passes_between_two_looks_change_nothing(tangle, monkeypatch):
+    """A GPU asks after every fourth pass whether there is another: those that find nothing to do must do nothing."""
+    motion = tangle.throw(np.random.default_rng(100), 0.01)
+    one_by_one = filtered(tangle, tangle.x, motion)
+    assert (one_by_one != filtered(tangle, tangle.x, 0.5 * motion)).any()
+    monkeypatch.setattr(filtering, "turns_at_once", lambda _array: filtering.TURNS)
+    assert (filtered(tangle, tangle.x, motion) == one_by_one).all()
 
 
 def test_the_oracle_judges_as_it_is_used_here(tangle):
