@@ -9,6 +9,7 @@ from tangles import Tangle
 
 from tryon_solver import step
 from tryon_solver.contact import bounds, filtering
+from tryon_solver.contact.found import Found
 from tryon_solver.contact.region import Region
 from tryon_solver.contact.verify import SAFE_SHARE, violations
 from tryon_solver.scene import Gravity, Scene
@@ -69,6 +70,27 @@ def test_who_falls_behind_is_searched_for_where_that_is(tangle):
         after = sim.state.x.numpy().astype(np.float64)
         assert tangle.is_free(x, after)
         x = after
+
+
+@pytest.mark.parametrize("room", [1 << 20, 16], ids=["room", "no room"])
+def test_motion_is_free_whether_or_not_there_was_room_for_what_further_searches_found(device, room):
+    """A GPU looks at the motion before anybody knows whether what it searched for had room on the list."""
+    tangle, rng, grown = Tangle(device=device), np.random.default_rng(400), 0
+    x, sim = tangle.x, tangle.sim
+    for _ in range(4):
+        motion = tangle.throw(rng, 0.04)
+        tangle.set_motion(x, motion)
+        search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
+        sim.candidates.found = [Found.allocate((room, room, room), device) for _ in sim.candidates.found]
+        carry_once.filter_motion(sim, None, 0.0)
+        grown += any(one.rooms != (room, room, room) for one in sim.candidates.found)
+        take.move(sim, sim.work.direction)
+        after = sim.state.x.numpy().astype(np.float64)
+        assert tangle.is_free(x, after)
+        x = after
+    assert (grown > 0) == (room == 16)
+    if device != "cpu":
+        assert {"search_as_far_0_and_turn_aside", "search_further_and_turn_aside"} <= set(sim.graphs)
 
 
 def test_passes_between_two_looks_change_nothing(tangle, monkeypatch):
