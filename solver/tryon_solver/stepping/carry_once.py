@@ -14,7 +14,6 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.contact import bounds, candidates, deflect, found
-from tryon_solver.contact.filtering import Passes
 from tryon_solver.linalg.device_loop import keeps_graphs
 from tryon_solver.linalg.read_back import Reading, read
 from tryon_solver.stepping.record import as_one
@@ -104,10 +103,10 @@ def what_is_seen(sim: Simulation) -> list[wp.array]:
     return [*where_told(sim), *(one.counts for one in found_of(sim))]
 
 
-def sight_of(told: Sequence[np.ndarray]) -> Sight:
+def sight_of(sim: Simulation, told: Sequence[np.ndarray]) -> Sight:
     """What a look saw, of what has been read of it."""
     state, leaving, *flying = told
-    return Sight(Passes.number_in(state), int(leaving[0]), any(some[0] for some in flying))
+    return Sight(sim.filtering.passes.number_in(state), int(leaving[0]), any(some[0] for some in flying))
 
 
 def seen(
@@ -117,7 +116,7 @@ def seen(
     found, or nothing was."""
     looks = len(where_told(sim))
     fitted = end(sim, [found.counts_of(each) for each in told[looks:]])
-    return sight_of(told[:looks]) if fitted and sim.candidates.size > 0 else None
+    return sight_of(sim, told[:looks]) if fitted and sim.candidates.size > 0 else None
 
 
 def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
@@ -286,7 +285,7 @@ def look_on(sim: Simulation) -> Sight:
 
 def what_was_seen(sim: Simulation) -> Sight:
     """By the last look. Waits for the device."""
-    return sight_of(read(*where_told(sim)))
+    return sight_of(sim, read(*where_told(sim)))
 
 
 def launch_look(sim: Simulation) -> None:
