@@ -76,7 +76,9 @@ def arm_contact(sim: Simulation) -> None:
     sim.pairs = pairs.ContactPairs.allocate(1 << 12, device)
     sim.sums.make_room()
     if may_lead(sim.plan):
-        sim.lead = import_module(LEAD).Lead(sim.all_count, device)
+        k_warp, k_weft, density = sim.scene.of_fabrics("k_warp", "k_weft", "areal_density").T
+        stiffness = float((np.maximum(k_warp, k_weft) / density).max()) / sim.mean_edge**2
+        sim.lead = import_module(LEAD).Lead(sim.all_count, stiffness, device)
         sim.expected = sim.lead.expected
     if may_fly(sim.plan, sim.scene.garment):
         beside = "body" in sim.plan.touches

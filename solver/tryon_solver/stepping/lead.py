@@ -8,8 +8,9 @@ and stopped before, and neighbours stay as near as they are.
 
 Expected is what the last step's solve did, as far as it did so in the step before, too: a blow is over. It is smoothed,
 since what a budget has left undone differs from vertex to vertex, and led so would grow from step to step. What is
-within LED_FROM is left out: balls cover that anyway, and cloth that rests, or follows the body, is led nowhere. Where
-the step starts and what it is solved for does not change, only where its solve begins. Ours.
+within LED_FROM is left out: balls cover that anyway, and cloth that rests, or follows the body, is led nowhere. Nobody
+is led in cloth that is too stiff for its mesh and the step: what leading strains a little begins the solve too far
+from balance there. Where the step starts and what it is solved for does not change, only where its solve begins. Ours.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 wp.set_module_options({"enable_backward": False})
 
 LED_FROM = 0.16  # of the cloth's mean edge
+LED_UP_TO = 1.0e6  # k dt^2/(rho a^2), of a mesh whose edges are a: what a strained edge resists, by its inertia
 SMOOTHED = 4  # times, over each vertex's neighbours: after fewer a sheet that slides is led out of its shape
 
 
@@ -126,15 +128,15 @@ class Lead:
     By the last step, whose `solved` the simulation has, and the one before: `time` (1,) s is how long the last one was,
     0 if nobody may be led by it; `before` (A,) m is the `solved` of the one before, 0 if that was none to go by, of
     which `known` tells while there is no last one yet. A step of several sub-steps leads by a `share` (1,) of the way
-    in each."""
+    in each. `stiffness` [1/s^2] is k/(rho a^2) of the cloth, where that is largest."""
 
-    def __init__(self, count: int, device: str) -> None:
+    def __init__(self, count: int, stiffness: float, device: str) -> None:
         def vectors() -> wp.array:
             return wp.zeros(count, dtype=wp.vec3, device=device)
 
         self.way, self.expected, self.before = vectors(), vectors(), vectors()
         self.time, self.share = (wp.zeros(1, dtype=wp.float32, device=device) for _ in range(2))
-        self.known = False
+        self.known, self.stiffness = False, stiffness
 
     def set_out(self, sim: Simulation) -> None:
         """For the device: let `direction` (A,) m, the body's motion from x, lead the cloth, too; `x_carried` (A,) m is
@@ -167,7 +169,7 @@ class Lead:
 
     def look_back(self, sim: Simulation) -> None:
         """There will be another `solved`, of this step."""
-        if self.known:
+        if self.known and self.stiffness * sim.dt**2 <= LED_UP_TO:
             wp.copy(self.before, sim.solved)
         else:
             self.before.zero_()
