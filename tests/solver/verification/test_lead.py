@@ -1,6 +1,8 @@
 """Cloth that goes on beside a body as it went is led there before the step is solved: fast cloth keeps its speed, and
 is not looked for among its own neighbours."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_scenes import STILL, rigid_body, sheet, slab
@@ -10,20 +12,22 @@ from tryon_solver.scene import BodyContact, Gravity, Scene, SelfContact
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping import correct
-from tryon_solver.stepping.lead import LED_FROM
+from tryon_solver.stepping.lead import LED_FROM, LED_UP_TO
 
 G, FPS, STEPS = 9.81, 30, 18
 DOWN = np.radians(30)
 TOUCHING = (BodyContact(), SelfContact())
 
 
-def on_slope(effects=TOUCHING, start=0, down=DOWN, preset="draft"):
-    """A sheet of silk that lies on a slab which nothing rubs on, 30 degrees steep, `start` a micrometre off."""
+def on_slope(effects=TOUCHING, start=0, down=DOWN, preset="draft", times=1.0):
+    """A sheet of silk, or of one so many times as stiff, that lies on a slab which nothing rubs on, 30 degrees steep,
+    `start` a micrometre off."""
     garment, x = sheet(9, 9, 0.1, 0.1)
     body, faces = slab(4.0, 0.4, 0.02, 0.05)
     apart = 1e-6 * np.random.default_rng(start).standard_normal(x.shape)
     weight = Gravity((G * np.sin(down), -G * np.cos(down), 0.0))
     silk = FABRICS["silk_charmeuse"]
+    silk = replace(silk, k_warp=times * silk.k_warp, k_weft=times * silk.k_weft, k_shear=times * silk.k_shear)
     scene = Scene(garment, x + [-1.8, 0.0022, 0.003] + apart, rigid_body(body, faces), silk, (weight, *effects))
     return build(scene, PRESETS[preset], "cpu", STILL)
 
@@ -69,6 +73,22 @@ def test_who_rests_is_led_nowhere(preset):
         sim.advance(STILL, (k + 1) / 60)
         assert not sim.lead.way.numpy().any()
     assert sim.pairs.size
+
+
+@pytest.mark.parametrize("times", [10.0, 100.0])
+def test_who_is_too_stiff_for_the_mesh_and_the_step_is_led_nowhere(times):
+    """A sheet that resists a strained edge a million times as much as its inertia would be led far from balance."""
+    sim = on_slope(times=times)
+    silk, edge = sim.scene.fabric, sim.mean_edge
+    resists = max(silk.k_warp, silk.k_weft) / (FPS**2 * silk.areal_density * edge**2)
+    assert 1e5 < resists < 1e7
+    led = []
+    for k in range(8):
+        sim.advance(STILL, (k + 1) / FPS)
+        assert not sim.lead.way.numpy()[sim.cloth_count :].any()
+        led.append(sim.lead.way.numpy().any())
+    assert any(led) == (resists < LED_UP_TO)
+    assert sim.lead.expected.numpy()[: sim.cloth_count].any(), "of where it goes the search knows"
 
 
 def test_without_a_body_or_itself_to_touch_nobody_is_led():
