@@ -48,8 +48,8 @@ def turns_at_once(array: wp.array) -> int:
 class Passes:
     """Passes over a list, repeated until one finds nothing to do.
 
-    `state` (3,) int32: NUMBER of the pass, from 0; MORE is 1 while there is another, without which its kernels do
-    nothing; HITS of this pass, counted by them.
+    `state` (3,) int32: NUMBER of the pass, from 0; MORE is 1 while there is another, without which a pass is to change
+    nothing; HITS of this pass, counted by its kernels.
     """
 
     state: wp.array

@@ -176,13 +176,13 @@ def filter_motion(sim: Simulation, sight: Sight | None, share: float) -> None:
     """
     seen = sight or look(sim)
     if many(sim, seen.leaving):
-        as_one(sim, "turn_aside", lambda: turn_aside(sim))
+        turn_aside(sim)
         seen = search_and(sim, as_far(share), turn_aside)
     for _ in range(FILTER_ROUNDS):
         if seen.leaving:
             seen = search_and(sim, FURTHER, turn_aside)
         elif seen.held:
-            as_one(sim, "turn_aside", lambda: turn_aside(sim))
+            turn_aside(sim)
             seen = what_was_seen(sim)
         else:
             return
@@ -224,12 +224,12 @@ FURTHER = Search("search_further", keep_list, launch_further, end_search_further
 
 def search_and(sim: Simulation, search: Search, look_at: Callable[[Simulation], None]) -> Sight:
     """Search, and have the motion looked at by what `look_at` launches: a GPU's host waits once for both. Where there
-    was no room for what was found it is looked at again, as there is none to search in one launch with it."""
+    was no room for what was found, the device leaves the motion as it is, and it is looked at once there is."""
     sight, together = None, looks_ahead(sim)
 
     def both() -> None:
         search.launch(sim)
-        look_at(sim)
+        wp.capture_if(sim.candidates.fits, lambda: look_at(sim))
 
     search.begin(sim)
     if together:
@@ -239,7 +239,7 @@ def search_and(sim: Simulation, search: Search, look_at: Callable[[Simulation], 
         search.launch(sim)
         search.end(sim, found.counted(found_of(sim)))
     if sight is None:
-        as_one(sim, look_at.__name__, lambda: look_at(sim))
+        look_at(sim)
         sight = what_was_seen(sim)
     return sight
 
@@ -247,9 +247,13 @@ def search_and(sim: Simulation, search: Search, look_at: Callable[[Simulation], 
 def turn_aside(sim: Simulation) -> None:
     """Turn the motion aside where it could close a gap, and look how far what is left of it is free, for who waits
     later."""
-    deflect_motion(sim)
-    sim.work.alpha.fill_(1.0)
-    launch_look(sim)
+
+    def deflect_and_look() -> None:
+        deflect_motion(sim)
+        sim.work.alpha.fill_(1.0)
+        launch_look(sim)
+
+    as_one(sim, "turn_aside", deflect_and_look)
 
 
 def deflect_motion(sim: Simulation) -> None:

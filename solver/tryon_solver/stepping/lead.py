@@ -15,6 +15,7 @@ from balance there. Where the step starts and what it is solved for does not cha
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import warp as wp
@@ -46,12 +47,13 @@ def usual_kernel(
     before: wp.array(dtype=wp.vec3),
     then: wp.array(dtype=wp.float32),
     now: wp.array(dtype=wp.float32),
+    longest: float,
     usual_out: wp.array(dtype=wp.vec3),
 ):
-    """What was done in both steps."""
+    """What was done in both steps; nothing, where this one is over the `longest`, s, in which anybody is led."""
     i = wp.tid()
     both = float(0.0)
-    if wp.length_sq(solved[i]) > 0.0:
+    if now[0] <= longest and wp.length_sq(solved[i]) > 0.0:
         both = wp.clamp(wp.dot(before[i], solved[i]) / wp.length_sq(solved[i]), 0.0, 1.0)
     usual_out[i] = as_much(then[0], now[0]) * both * solved[i]
 
@@ -128,7 +130,8 @@ class Lead:
     By the last step, whose `solved` the simulation has, and the one before: `time` (1,) s is how long the last one was,
     0 if nobody may be led by it; `before` (A,) m is the `solved` of the one before, 0 if that was none to go by, of
     which `known` tells while there is no last one yet. A step of several sub-steps leads by a `share` (1,) of the way
-    in each. `stiffness` [1/s^2] is k/(rho a^2) of the cloth, where that is largest."""
+    in each. `stiffness` [1/s^2] is k/(rho a^2) of the cloth, where that is largest, so that nobody is led in a step
+    over the `longest` [s]."""
 
     def __init__(self, count: int, stiffness: float, device: str) -> None:
         def vectors() -> wp.array:
@@ -136,14 +139,16 @@ class Lead:
 
         self.way, self.expected, self.before = vectors(), vectors(), vectors()
         self.time, self.share = (wp.zeros(1, dtype=wp.float32, device=device) for _ in range(2))
-        self.known, self.stiffness = False, stiffness
+        self.known = False
+        self.longest = math.sqrt(LED_UP_TO / stiffness) if stiffness > 0.0 else math.inf
 
     def set_out(self, sim: Simulation) -> None:
         """For the device: let `direction` (A,) m, the body's motion from x, lead the cloth, too; `x_carried` (A,) m is
         where it would come to without. Nobody is led who comes along."""
         state, count = sim.state, 0 if sim.comes_along else sim.cloth_count
         usual, smooth = sim.work.product, sim.work.residual  # free between steps
-        launch(usual_kernel, count, [sim.solved, self.before, self.time, state.dt], [usual], device=sim.device)
+        done = [sim.solved, self.before, self.time, state.dt, self.longest]
+        launch(usual_kernel, count, done, [usual], device=sim.device)
         for _ in range(SMOOTHED):
             launch(smooth_kernel, count, [sim.hessian_rows.columns, usual], [smooth], device=sim.device)
             usual, smooth = smooth, usual
@@ -169,7 +174,7 @@ class Lead:
 
     def look_back(self, sim: Simulation) -> None:
         """There will be another `solved`, of this step."""
-        if self.known and self.stiffness * sim.dt**2 <= LED_UP_TO:
+        if self.known:
             wp.copy(self.before, sim.solved)
         else:
             self.before.zero_()

@@ -93,9 +93,24 @@ def test_motion_is_free_whether_or_not_there_was_room_for_what_further_searches_
         assert {"search_as_far_0_and_turn_aside", "search_further_and_turn_aside"} <= set(sim.graphs)
 
 
-def test_passes_between_two_looks_change_nothing(tangle, monkeypatch):
-    """A GPU asks after every fourth pass whether there is another: those that find nothing to do must do nothing."""
-    motion = tangle.throw(np.random.default_rng(100), 0.01)
+def test_what_there_was_no_room_for_turns_no_motion_aside(tangle, monkeypatch):
+    """A processor's list has all that was found before it looks; here it looks before, as a GPU that had no room."""
+    rng, x, thrown = np.random.default_rng(1), tangle.x, []
+    for _ in range(8):
+        motion = tangle.throw(rng, 0.1)
+        after = filtered(tangle, x, motion)
+        thrown.append((x, motion, after))
+        x = after
+    monkeypatch.setattr(carry_once, "looks_ahead", lambda _sim: True)
+    for x, motion, after in thrown:
+        assert (filtered(tangle, x, motion) == after).all()
+
+
+@pytest.mark.parametrize("speed", [0.01, 0.04, 0.1])
+def test_passes_between_two_looks_change_nothing(tangle, monkeypatch, speed):
+    """A GPU asks after every fourth pass whether there is another: those after the last must change nothing, also
+    where there would be more to do, as of what is thrown at 0.04 m and 0.1."""
+    motion = tangle.throw(np.random.default_rng(100), speed)
     one_by_one = filtered(tangle, tangle.x, motion)
     assert (one_by_one != filtered(tangle, tangle.x, 0.5 * motion)).any()
     monkeypatch.setattr(filtering, "turns_at_once", lambda _array: filtering.TURNS)
