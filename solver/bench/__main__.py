@@ -210,13 +210,15 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The options."""
     parser = argparse.ArgumentParser(prog="python solver/bench", description=__doc__.partition("\n")[0])
     add = parser.add_argument
-    add("--garments", nargs="*", default=["tshirt"], help="patterns of the demo; no name: none is worn (tshirt)")
+    worn = "patterns of the demo; no name: none is worn (tshirt)"
+    add("--garments", nargs="*", type=kinds.garment, default=["tshirt"], help=worn)
     add("--motions", nargs="+", type=kinds.motion, default=["walk"], help="motions of the demo, or BVH files (walk)")
     add("--vertices", nargs="+", type=kinds.count, default=[2500], metavar="N", help="of the cloth, about (2500)")
     add("--presets", nargs="+", default=["draft"], choices=PRESETS, help="(draft)")
     add("--sessions", nargs="+", type=kinds.count, default=[1], metavar="N", help="at once, a process each (1)")
-    add("--accuracies", nargs="*", type=float, metavar="MM", help="estimated errors that frames are solved down to")
-    add("--deadlines", nargs="*", type=float, metavar="MS", help="wall time that each frame may take")
+    down = "estimated errors that frames are solved down to"
+    add("--accuracies", nargs="*", type=kinds.finite, metavar="MM", help=down)
+    add("--deadlines", nargs="*", type=kinds.finite, metavar="MS", help="wall time that each frame may take")
     add("--fabric", default=JERSEY, choices=FABRICS, help=f"meshes of over 90,000 need a thinner one ({JERSEY})")
     add("--device", type=kinds.device, default="cpu", help="cpu, cuda:0, ... (cpu)")
     add("--fps", type=kinds.finite, default=30.0, help="frames a simulated second (30)")
@@ -247,6 +249,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 def about(options: argparse.Namespace) -> dict[str, str]:
     """What the table was made with."""
     ended = f", or as much of it as comes in {options.longest:g} s" if math.isfinite(options.longest) else ""
+    ended += f"; each {options.every}. is judged" if options.every else ""
     ended += f"; {FPS:g} a second in the scenes of other solvers" if options.peers is not None else ""
     return {
         "machine": machine_of(options.device),

@@ -46,6 +46,14 @@ def motion(word: str) -> str:
     return word
 
 
+def garment(word: str) -> str:
+    """One of the demo's by name."""
+    known = sorted(place.stem for place in (DEMO / "patterns").glob("*.json"))
+    if word not in known:
+        raise ArgumentTypeError(f"{word}: none of the demo's patterns: {', '.join(known)}")
+    return word
+
+
 def device(word: str) -> str:
     """One that there is."""
     import warp as wp

@@ -259,7 +259,7 @@ def _assemble(plan: _Plan, pieces: Sequence[_Piece]) -> PanelMesh:
     first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
     stitches, seam_of_stitch, sewn_edges = [], [], []
     for number, stitch in enumerate(pattern.stitches):
-        pairs = _pairs(stitch, pieces, first)
+        pairs = _pairs(number, stitch, pieces, first)
         sewn_edges.append(np.stack([pairs[:-1], pairs[1:]], axis=2))
         pairs = pairs[pairs[:, 0] != pairs[:, 1]]
         stitches.append(pairs)
@@ -297,7 +297,13 @@ def _lay(pattern: Pattern, pieces: Sequence[_Piece], first: NDArray[np.int32]) -
     return Laid.together(found)
 
 
-def _pairs(stitch: Stitch, pieces: Sequence[_Piece], first: NDArray[np.int32]) -> NDArray[np.int32]:
+def _pairs(number: int, stitch: Stitch, pieces: Sequence[_Piece], first: NDArray[np.int32]) -> NDArray[np.int32]:
     """Vertex pairs (n + 1, 2) along a seam, in the order of its first edge."""
     one, other = (pieces[side.panel].along[side.edge] + first[side.panel] for side in (stitch.first, stitch.second))
+    if len(one) != len(other):
+        raise PatternError(
+            f"its sides come to {len(one)} and {len(other)} vertices, which can't be sewn to each other",
+            f"stitches[{number}]",
+            "Use a smaller edge length, or more vertices",
+        )
     return np.stack([one, other[::-1] if stitch.reversed else other], axis=1)

@@ -86,10 +86,10 @@ def test_a_session_that_fails_keeps_nobody_waiting(tmp_path):
 
 
 def test_a_case_that_fails_is_said_to_have_failed(tmp_path):
-    ran = bench(tmp_path, "--garments", "crown", "--vertices", "150")
+    ran = bench(tmp_path, "--vertices", "8")
     assert ran.returncode == 1
     assert "FAILED: ended with status 1" in ran.stdout
-    assert "crown.json" in (tmp_path / "table.md").read_text()
+    assert "Use a smaller edge length, or more vertices" in (tmp_path / "table.md").read_text()
 
 
 @pytest.mark.parametrize(
@@ -101,6 +101,9 @@ def test_a_case_that_fails_is_said_to_have_failed(tmp_path):
         ("--fps", "0", "must be above 0"),
         ("--seconds", "inf", "must be finite"),
         ("--longest", "nan", "must be above 0"),
+        ("--accuracies", "nan", "must be above 0"),
+        ("--deadlines", "inf", "must be finite"),
+        ("--garments", "toga", "none of the demo's patterns: dress"),
         ("--seconds", "0.001", "less than a frame"),
         ("--device", "cuda:99", "there is cpu"),
         ("--motions", "nosuch", "jumping_jack"),

@@ -2,11 +2,19 @@
 
 import numpy as np
 import pytest
+from worn_garment import DEMO
 
 from tryon_solver.geometry.panel_mesh import mesh_pattern
-from tryon_solver.geometry.pattern import PatternError, parse_pattern
+from tryon_solver.geometry.pattern import PatternError, load_pattern, parse_pattern
 from tryon_solver.geometry.size import mesh_in_size, mesh_with_vertices
 from tryon_solver.geometry.weld import weld
+
+
+def test_a_seam_whose_sides_come_to_other_numbers_of_vertices_is_refused_by_number():
+    shirt = load_pattern(DEMO / "patterns" / "tshirt.json")
+    with pytest.raises(PatternError, match=r"its sides come to \d and \d vertices.*more vertices") as refused:
+        mesh_with_vertices(shirt, 8)
+    assert refused.value.place.startswith("stitches[")
 
 
 @pytest.mark.parametrize("size", [0.8, 1.25])
