@@ -19,6 +19,8 @@ from tryon_solver.linalg.paired_matrix import PairedMatrix
 
 WORD, VECTOR, BLOCK = 4, 12, 36  # bytes of a number, of three, of nine
 PAIR = 16 + 16 + VECTOR + WORD + BLOCK  # ids, lam, normal, curvature, beside
+LISTED = 16 + 2 * WORD  # ids, kind, distance
+CLOSEST_POINTS = 60  # three differences, their six products, two weights, the difference there and its length
 NODE = 32  # bytes of a tree's node: two corners, each with a number
 BOX_TEST = 6  # comparisons of two boxes
 
@@ -86,6 +88,18 @@ def pair_search(own: int, other: int, found: int) -> Cost:
     triangles = own * (2 * VECTOR + 2 * WORD) + other * (2 * VECTOR + 2 * WORD) + 2 * other * NODE
     down = max(1, math.ceil(math.log2(other)))
     return Cost(triangles + found * 2 * WORD, (own * down + found) * BOX_TEST)
+
+
+def taking_apart(own: np.ndarray, other: np.ndarray, close: np.ndarray, stencils: int) -> Cost:
+    """Pairs `close` (P, 2) of triangles of `own` and `other` (F, 3), of which so many `stencils` are listed.
+
+    Each pair is read, each triangle in any once, each of their vertices, where the search is centred and where it is.
+    Of a stencil that is listed its closest points are found; those that are not are not counted.
+    """
+    first, second = np.unique(close[:, 0]), np.unique(close[:, 1])
+    vertices = len(np.unique(np.concatenate([own[first].ravel(), other[second].ravel()])))
+    read = len(close) * (2 * WORD + 2 * WORD) + (len(first) + len(second)) * (VECTOR + WORD) + vertices * 2 * VECTOR
+    return Cost(read + stencils * LISTED, stencils * CLOSEST_POINTS)
 
 
 def coupled_unknowns(matrix: PairedMatrix) -> int:

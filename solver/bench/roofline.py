@@ -9,17 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import warp as wp
 from ceilings import ceilings, seconds
-from costs import Cost, advance, contact_blocks, coupled_unknowns, pair_search, product, random_vectors
+from costs import Cost, advance, contact_blocks, coupled_unknowns, pair_search, product, random_vectors, taking_apart
 from worn import LEAD, Case, put_on
 
 from tryon_solver.contact import pooled
-from tryon_solver.contact.broad_phase import NOTHING_KNOWN
-from tryon_solver.contact.found import PAIRS
+from tryon_solver.contact.broad_phase import NOTHING_KNOWN, take_apart
+from tryon_solver.contact.found import CLOSE, PAIRS, STENCILS, Found
 from tryon_solver.contact.pairs import add_diagonal
 from tryon_solver.contact.triangle_pairs import walk as walk_tree
 from tryon_solver.linalg import pcg, pcg_together
@@ -27,6 +28,7 @@ from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.lanes import lanes_of, shares_of
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.newton import newton_matrix
+from tryon_solver.stepping.search import scope
 
 FRAMES = 10  # after the lead into the motion
 ITERATIONS = 20  # of conjugate gradients in one launch on a processor
@@ -48,7 +50,7 @@ def measured(case: Case) -> dict[str, Any]:
     for k in range(1, round(LEAD * case.fps) + FRAMES + 1):
         sim.advance(pose(k / case.fps), start + k / case.fps)
     copied, added = ceilings(case.device)
-    kernels = [conjugate_gradients(sim), hessian_blocks(sim), *searches(sim)]
+    kernels = [conjugate_gradients(sim), hessian_blocks(sim), *searches(sim), *stencils(sim)]
     return {
         **case.plain(),
         "machine": str(wp.get_device(case.device).name),
@@ -148,6 +150,33 @@ def search(sim: Simulation, surface: Any, found: Any, name: str) -> Kernel:
     walk()
     answers = int(counts.numpy()[int(PAIRS)])
     return Kernel(name, walk, pair_search(sim.cloth.face_count, surface.face_count, answers))
+
+
+def stencils(sim: Simulation) -> list[Kernel]:
+    """What a search anew would list of these pairs; with setting the counts back."""
+    kernels, around = [], scope(sim, sim.state.x)
+    for surface in around.surfaces:
+        surface.budget.fill_(NOTHING_KNOWN)
+    around.enclose()  # by which it is not known any more what the list has
+    for k, surface in enumerate(sim.touching):
+        found = Found.allocate(sim.candidates.found[k].rooms, sim.device)
+        around.search(found, k, anew=True)
+        counts = found.counts.numpy()
+        close = found.close.numpy()[: counts[int(CLOSE)]]
+        listed = min(int(counts[int(STENCILS)]), len(found.ids))
+        counts[int(STENCILS)] = 0
+        name = "the cloth" if surface is sim.cloth else "the body"
+        name = f"stencils of pairs of triangles with {name} (contact/broad_phase.py)"
+        cost = taking_apart(sim.cloth.faces.numpy(), surface.faces.numpy(), close, listed)
+        begun: wp.array = wp.array(counts, dtype=wp.int32, device=sim.device)
+        kernels.append(Kernel(name, partial(take_again, sim, surface, found, begun), cost))
+    return kernels
+
+
+def take_again(sim: Simulation, surface: Any, found: Found, begun: wp.array) -> None:
+    """Take pairs of triangles apart, as if none had been, by the counts `begun` with."""
+    wp.copy(found.counts, begun)
+    take_apart(found, sim.cloth, surface, sim.region, sim.group, sim.state.x)
 
 
 def anew(surface: Any) -> Any:

@@ -20,6 +20,7 @@ from document import document  # noqa: E402
 from made_up import ABOUT  # noqa: E402
 from roofline import Kernel, told  # noqa: E402
 
+from tryon_solver.contact.found import STENCILS  # noqa: E402
 from tryon_solver.contact.pairs import ContactPairs  # noqa: E402
 from tryon_solver.linalg.paired_matrix import PairedMatrix  # noqa: E402
 from tryon_solver.linalg.pcg_together import NOW  # noqa: E402
@@ -70,6 +71,12 @@ def test_a_search_costs_more_with_more_triangles_and_answers():
     assert costs.pair_search(100, 65, 10).bytes - few.bytes == 32 + 64
 
 
+def test_taking_apart_costs_by_what_is_in_the_pairs_and_what_is_listed():
+    own, other = np.array([[0, 1, 2], [1, 2, 3], [7, 8, 9]]), np.array([[4, 5, 6], [3, 4, 5]])
+    close = np.array([[0, 0], [0, 1], [1, 1]])  # two triangles and two, of vertices 0 to 6
+    assert costs.taking_apart(own, other, close, 5) == Cost(3 * 16 + 4 * 16 + 7 * 24 + 5 * 24, 5 * 60)
+
+
 @pytest.mark.parametrize(
     ("cost", "roof", "share"), [(Cost(4000, 1000), "bytes", 0.5), (Cost(1000, 30000), "operations", 0.75)]
 )
@@ -116,6 +123,21 @@ def test_searches_find_what_the_solver_found_at_first(on_sphere):
         assert kernel.cost.bytes > none.bytes
 
 
+def test_what_is_taken_apart_is_listed_in_every_launch(on_sphere):
+    """As often as it is timed: what lies beyond the room would be counted and not written."""
+    found = []
+    for kernel in roofline.stencils(on_sphere):
+        own = kernel.launch.args[2]
+        listed = (kernel.cost.operations // costs.CLOSEST_POINTS, own.ids.numpy())
+        for _ in range(2):
+            own.ids.fill_(-1)
+            kernel.launch()
+            assert own.counts.numpy()[int(STENCILS)] == listed[0] <= len(own.ids)
+            np.testing.assert_array_equal(own.ids.numpy()[: listed[0]], listed[1][: listed[0]])
+        found.append(listed[0])
+    assert max(found) > 0
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """The kernels of a coarse T-shirt in the walk."""
@@ -134,7 +156,9 @@ def test_kernels_of_a_worn_scene_are_held_to_their_roofs(run):
     iterations, blocks, *searches = result["kernels"]
     assert "20 iterations" in iterations["kernel"]
     assert [s["kernel"].partition(" (")[0] for s in searches] == [
-        f"pairs of triangles with the {name}" for name in ("body", "cloth")
+        f"{what} with the {name}"
+        for what in ("pairs of triangles", "stencils of pairs of triangles")
+        for name in ("body", "cloth")
     ]
     for kernel in (iterations, blocks, *searches):
         assert kernel["us"] > 0
