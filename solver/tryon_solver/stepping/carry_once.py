@@ -278,11 +278,6 @@ def deflect_motion(sim: Simulation) -> None:
 def look(sim: Simulation) -> Sight:
     """Shrink `alpha`, from all of the motion, until it is proven free. Waits for the device."""
     sim.work.alpha.fill_(1.0)
-    return look_on(sim)
-
-
-def look_on(sim: Simulation) -> Sight:
-    """The same from `alpha` as it is."""
     launch_look(sim)
     return what_was_seen(sim)
 
@@ -293,7 +288,7 @@ def what_was_seen(sim: Simulation) -> Sight:
 
 
 def launch_look(sim: Simulation) -> None:
-    """The same for who waits later."""
+    """Shrink `alpha` from what it is until the motion is proven free, for who waits later."""
     state, work = sim.state, sim.work
 
     def shorten_and_count() -> None:
