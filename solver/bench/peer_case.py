@@ -9,9 +9,15 @@ from typing import Any
 PEER_SCENES = ("sphere-drop", "limb-tube")
 FPS = 60.0  # of the scenes
 PRESETS = ("draft", "live", "fit")
-NEWTON = ("vbd", "style3d", "xpbd")
+NEWTON = ("vbd", "style3d", "style3d-4", "xpbd")
 OTHERS = (*NEWTON, "uipc")
-TITLES = {"vbd": "Newton's VBD", "style3d": "Newton's Style3D", "xpbd": "Newton's XPBD", "uipc": "libuipc"}
+TITLES = {
+    "vbd": "Newton's VBD",
+    "style3d": "Newton's Style3D",
+    "style3d-4": "Newton's Style3D, 4 iterations",
+    "xpbd": "Newton's XPBD",
+    "uipc": "libuipc",
+}
 NEEDS = {
     "newton": "Newton is not installed: pip install '.[peers]'",
     "uipc": "libuipc is not installed: pip install '.[peers-gpu]' (pyuipc, wheels for an NVIDIA GPU)",

@@ -106,7 +106,7 @@ def test_a_solver_that_blows_up_ends_there(shaking):
 def test_what_is_missing_is_said_with_how_to_get_it(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
     said = {solver: PeerCase("limb-tube", 100, solver, "cuda:0", 3.0).missing() for solver in peer_case.OTHERS}
-    assert {s for s in said if "pip install '.[peers]'" in said[s]} == {"vbd", "style3d", "xpbd"}
+    assert {s for s in said if "pip install '.[peers]'" in said[s]} == {"vbd", "style3d", "style3d-4", "xpbd"}
     assert "peers-gpu" in said["uipc"]
     assert PeerCase("limb-tube", 100, "live", "cpu", 3.0).missing() == ""
 
@@ -141,7 +141,7 @@ def test_one_run_has_ours_and_a_line_for_each_other(tmp_path):
     assert ABOUT.keys() <= run["about"].keys()
 
 
-@pytest.mark.parametrize("solver", ["style3d", "xpbd", "vbd"])
+@pytest.mark.parametrize("solver", ["style3d", "style3d-4", "xpbd", "vbd"])
 def test_newton_holds_what_is_held_and_lets_the_rest_fall(solver):
     pytest.importorskip("newton", reason="Newton is not installed: pip install -e '.[peers]'")
     from peer_newton import ByNewton
@@ -158,6 +158,23 @@ def test_newton_holds_what_is_held_and_lets_the_rest_fall(solver):
     assert int(by.number.numpy()[0]) == 20  # sub-steps
     led = by.now.body_q.numpy()[0, 3:]
     np.testing.assert_allclose(led, scene.turn(2 / FPS)[1], atol=1e-6)
+
+
+@pytest.mark.parametrize(("solver", "iterations", "searches"), [("style3d", 10, 10), ("style3d-4", 4, 1)])
+def test_style3d_is_played_by_its_default_and_as_its_makers_play_a_garment(solver, iterations, searches):
+    pytest.importorskip("newton", reason="Newton is not installed: pip install -e '.[peers]'")
+    from peer_newton import ByNewton
+
+    by = ByNewton(SCENES["sphere-drop"](100, 3.0), solver, "cpu")
+    search, searched = by.pipeline.collide, []
+
+    def collide(*given):
+        searched.append(1)
+        search(*given)
+
+    by.pipeline.collide = collide
+    by.go(1)
+    assert (by.solver.config.iterations, len(searched)) == (iterations, searches)
 
 
 @pytest.mark.parametrize("name", SCENES)
