@@ -287,6 +287,9 @@ def run_serve(options: argparse.Namespace) -> int:
     logging.getLogger("tryon_server").setLevel(logging.INFO)
     print(f"tryon {version('tryon')} is starting ...", flush=True)
 
+    from tryon_server.runtime import fork_server
+
+    fork_server.started()  # its imports take as long as those that follow, and a session begins sooner
     from tryon_server.app import create_app, prepare
     from tryon_server.runtime.local import local_runtime
     from tryon_server.streaming.server import Server, listen

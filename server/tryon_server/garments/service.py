@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import msgspec
 
-from tryon_server.garments.check import CheckReply, PatternFacts
+from tryon_server.garments.check import CheckReply, PatternFacts, check_garment
 from tryon_server.garments.limited import Limits, Work, run_limited
 from tryon_server.persistence import GarmentRecord, GarmentStore, KeptFiles
 from tryon_server.problems import ProblemError, problem_error
@@ -65,14 +67,18 @@ class GarmentService:
             )
         told = f"{units or ''} {up or ''} {rest_shape or ''}".strip().encode()
         digest = hashlib.sha256(content + told).hexdigest()
-        return self._store(f"p{digest[:32]}", name, content, units, up, rest_shape)
+        check = partial(self._check, content, units, up, rest_shape)
+        return self._store(f"p{digest[:32]}", name, content, check, units, up, rest_shape)
 
     def add_built_in(self, folder: Path) -> None:
-        """Have every pattern of ``folder`` as a garment named by its file; unchanged files are not checked again."""
+        """Have every pattern of ``folder`` as a garment named by its file; unchanged files are not checked again.
+
+        They are the server's own, and so checked here: a process that has to be bounded takes a second to begin.
+        """
         for path in sorted(folder.glob("*.json"), key=lambda path: (path.stem != FIRST, path.stem)):
             content = path.read_bytes()
             self._built_in.add(path.stem)
-            self._store(path.stem, path.stem.replace("_", " "), content)
+            self._store(path.stem, path.stem.replace("_", " "), content, partial(check_garment, content, None, None))
 
     def is_built_in(self, garment_id: str) -> bool:
         """Whether the garment came with the server."""
@@ -132,6 +138,7 @@ class GarmentService:
         garment_id: str,
         name: str,
         content: bytes,
+        check: Callable[[], CheckReply],
         units: str | None = None,
         up: str | None = None,
         rest_shape: str | None = None,
@@ -143,7 +150,7 @@ class GarmentService:
                 self._files.put(content)
                 return known
         logger.info("checking the garment %r", name)
-        facts = self._check(content, units, up, rest_shape)
+        facts = passed(check())
         record = GarmentRecord(
             id=garment_id,
             name=name,
@@ -159,14 +166,18 @@ class GarmentService:
             self._garments.add(record)
         return record
 
-    def _check(self, content: bytes, *told: str | None) -> PatternFacts:
+    def _check(self, content: bytes, *told: str | None) -> CheckReply:
         limits = str(self._limits.seconds), str(self._limits.address_space)
         arguments = [*limits, *(what or "" for what in told)]
         reply_json = run_limited("tryon_server.garments.check", arguments, content, self._limits, WORK)
-        reply = msgspec.json.decode(reply_json, type=CheckReply)
-        if reply.trace:
-            logger.error("a garment could not be checked; this is a fault of ours\n%s", reply.trace)
-        if reply.facts is None:
-            assert reply.problem is not None
-            raise ProblemError(reply.problem, reply.status)
-        return reply.facts
+        return msgspec.json.decode(reply_json, type=CheckReply)
+
+
+def passed(reply: CheckReply) -> PatternFacts:
+    """The facts of a garment that has passed; raises ProblemError for one that has not."""
+    if reply.trace:
+        logger.error("a garment could not be checked; this is a fault of ours\n%s", reply.trace)
+    if reply.facts is None:
+        assert reply.problem is not None
+        raise ProblemError(reply.problem, reply.status)
+    return reply.facts

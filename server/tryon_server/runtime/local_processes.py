@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-import multiprocessing
 import threading
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
+from tryon_server.runtime import fork_server
 from tryon_server.runtime.entry import run
 from tryon_server.runtime.mailbox import Mailbox
 from tryon_server.runtime.memory import own_bytes
@@ -34,7 +34,7 @@ class LocalProcesses:
     def __init__(self, workshop: Workshop, memory_bytes: int) -> None:
         self._workshop = workshop
         self._memory_bytes = memory_bytes
-        self._context = multiprocessing.get_context("spawn")  # a forked child would inherit threads and GPU contexts
+        self._context = fork_server.started()
         self._processes: set[LocalProcess] = set()
         self._warming: LocalProcess | None = None
         self._lock = threading.Lock()

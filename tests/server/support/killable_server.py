@@ -44,6 +44,12 @@ class KillableServer:
                 time.sleep(0.05)
         raise AssertionError("the server did not start")
 
+    @property
+    def pid(self) -> int:
+        """Number of its process, which is that of its group, too."""
+        assert self._process is not None
+        return self._process.pid
+
     def kill(self) -> None:
         """With -9, and every process that it began."""
         if self._process is not None:
