@@ -3,6 +3,7 @@
 import asyncio
 import time
 
+import held_dressing
 import pytest
 from asking import refused
 from live_server import LiveServer
@@ -54,8 +55,12 @@ def test_all_effects_and_their_parameters_are_listed(own_server):
     assert words["self_contact"]["kept"]
 
 
-def test_what_is_asked_while_the_garment_is_put_on_is_kept_and_acts_once_it_is_worn(own_server):
-    http, session = own_server.http, own_server.open()
+def test_what_is_asked_while_the_garment_is_put_on_is_kept_and_acts_once_it_is_worn(tmp_path):
+    """Dressing takes until all is asked."""
+    held = tmp_path / "held"
+    held.touch()
+    server = LiveServer(tmp_path, held_dressing.make_app(tmp_path))
+    http, session = server.http, server.open()
     path = f"/api/sessions/{session}/effects"
     south = {"velocity": [0, 0, 3]}
     reply = http.put(f"{path}/wind", json={"parameters": south})
@@ -69,6 +74,7 @@ def test_what_is_asked_while_the_garment_is_put_on_is_kept_and_acts_once_it_is_w
     assert [one["name"] for one in http.get(f"/api/sessions/{session}").json()["kept_effects"]] == ["wind", "pressure"]
     assert http.get(path).json()["kept"][0] == wind
     refused(http.get(f"{path}/wind"), 409, "effects.early")
+    held.unlink()
     for _ in range(1500):
         told = http.get(path).json()
         if told["effects"] and not any(one["refused"] == "" for one in told["kept"]):
@@ -79,7 +85,7 @@ def test_what_is_asked_while_the_garment_is_put_on_is_kept_and_acts_once_it_is_w
     (left,) = http.get(f"/api/sessions/{session}").json()["kept_effects"]
     assert left["name"] == "pressure"
     assert "nonsense" in left["refused"]
-    http.delete(f"/api/sessions/{session}")
+    server.stop()
 
 
 def test_an_effect_is_set_changed_measured_and_removed(own_server, worn):
