@@ -251,8 +251,13 @@ new MutationObserver(() => {
 
 
 def test_what_is_asked_while_the_garment_is_put_on_acts_once_it_is_worn(chromium, studio):
-    """A script asks as soon as the section is there, which is before anything is worn."""
-    page = open_page(chromium, studio.url, scripts=[ASKS_AT_ONCE], seen=False)
+    """A script asks as soon as the section is there, before which nothing is worn."""
+    studio.held.touch()
+    try:
+        page = open_page(chromium, studio.url, scripts=[ASKS_AT_ONCE], seen=False)
+        page.wait_for_function("window.said?.length")
+    finally:
+        studio.held.unlink()
     wait_for_state(page, "running")
     wait_for_effect(page, "wind", "active")
     assert page.evaluate("window.askedWhile") in ("preparing", "dressing")

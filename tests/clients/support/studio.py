@@ -59,10 +59,11 @@ def free_port() -> int:
 
 
 class Studio:
-    """The server. ``url`` is the page's address; it stays the same over ``kill`` and ``start``."""
+    """The server. ``url`` is the page's address; it stays the same over ``kill`` and ``start``. No dress form is
+    dressed while there is a file ``held``."""
 
     def __init__(self, folder: Path, web: Path, workshop: str = "dress_form") -> None:
-        self.port = free_port()
+        self.port, self.held = free_port(), folder / "held"
         demo = folder / "demo"
         demo.mkdir()
         for name in ("tshirt", "cape"):
