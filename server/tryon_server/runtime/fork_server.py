@@ -1,7 +1,8 @@
 """The process from which those of simulations are forked: multiprocessing's fork server, light to import.
 
-A process that begins anew takes one or two seconds for its imports. One that were forked from the server itself would
-inherit its threads and whatever it has of a GPU; this one has neither, but `preloaded.py`, and ends with the server.
+A process that begins anew takes one or two seconds for its imports, and one forked from the server itself would
+inherit its threads and whatever it has of a GPU. This one has neither; it has imported `preloaded.py`, and ends with
+the server.
 """
 
 from __future__ import annotations
