@@ -11,7 +11,6 @@ finds that it needs another mesh.
 from __future__ import annotations
 
 import os
-import time
 from copy import copy, deepcopy
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -264,8 +263,6 @@ class WavingSheet(PretendedPreset):
             os._exit(7)
         if self.behaviour == "greedy":
             self.hoard.append(np.ones(4_000_000))
-        if self.behaviour == "slow":
-            time.sleep(0.2)
         self.current, self.t = pose, t
         self.along, self.comes_along = [*self.along, self.comes_along], False
         advice = "the fabric is stretched by 35 %" if self.behaviour == "denim" else ""

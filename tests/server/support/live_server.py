@@ -19,7 +19,7 @@ from tryon_server.streaming.server import Server, listen
 from tryon_solver.effect_words.table import WORDS
 from tryon_solver.materials.look import Look
 
-FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "greedy", "slow")
+FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "greedy")
 CATALOGUE = Catalogue(
     motions=(MotionEntry("sway", 1.0),),
     fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, Look()) for name in FABRICS),
