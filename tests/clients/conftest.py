@@ -1,6 +1,7 @@
 """The helpers of the clients' tests are importable by name, also in the processes that the server spawns."""
 
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -10,14 +11,29 @@ sys.path.insert(0, str(SUPPORT))
 
 
 @pytest.fixture(scope="session")
-def chromium():
-    """A headless Chromium that draws WebGL in software. The browser is the system's; none is ever downloaded."""
+def browsers():
+    """Starts headless Chromiums. They are the system's; none is ever downloaded."""
     from browser import find_chromium, launch
+    from playwright.sync_api import sync_playwright
 
     path = find_chromium()
     if path is None:
         pytest.skip("no Chromium: install it, or name its executable in the environment variable CHROMIUM")
-    with launch(path) as browser:
+    with sync_playwright() as playwright:
+        yield partial(launch, playwright, path)
+
+
+@pytest.fixture(scope="session")
+def chromium(browsers):
+    """One that draws WebGL in software."""
+    with browsers() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="session")
+def unseen(browsers):
+    """One for tests that take no pictures of the wearer, none of which is drawn."""
+    with browsers(seen=False) as browser:
         yield browser
 
 

@@ -2,42 +2,31 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import runpy
-import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from urllib.request import Request, urlopen
 
-import numpy as np
 import pytest
-from browser import another_session, figure, open_page, picture, settled_picture, wait_for_frames, wait_for_state
+from browser import another_session, open_page, wait_for_frames, wait_for_state
+from dressed_page import as_it_began, ask, session_of
 from studio import pattern
-
-from tryon_client import connect
 
 pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
-def shared(chromium, studio):
+def shared(unseen, studio):
     """The page on one session, for all tests that change nothing for good."""
-    page = open_page(chromium, studio.url)
+    page = open_page(unseen, studio.url)
     yield page
     page.context.close()
 
 
 @pytest.fixture
 def page(shared):
-    """The page with the garment in cotton, dressed and moving. It must run without an uncaught error."""
-    shared.wait_for_selector("#play:enabled")
-    if shared.inner_text("#play-text") == "Play":
-        shared.click("#play")
-    shared.locator("#fabrics label", has_text="Cotton").click()
-    shared.locator("#colours label").first.click()
-    wait_for_state(shared, "running")
-    wait_for_frames(shared)
+    """The page as it began. It must run without an uncaught error."""
+    as_it_began(shared)
     yield shared
     assert shared.faults == []
 
@@ -49,64 +38,8 @@ def broken_pattern() -> bytes:
     return json.dumps(spec).encode()
 
 
-def session_of(page) -> str:
-    return page.evaluate("new URL(location.href).searchParams.get('session')")
-
-
-def ask(studio, path: str):
-    with urlopen(studio.url + path) as reply:
-        return json.load(reply)
-
-
-def reddish(image: np.ndarray) -> int:
-    """How many pixels show the red fabric."""
-    red, green, blue = (image[..., i].astype(int) for i in range(3))
-    return int(((red > 90) & (red > 1.8 * green) & (red > 1.8 * blue)).sum())
-
-
-def bluish(image: np.ndarray) -> int:
-    """How many pixels show the blue fabric."""
-    red, green, blue = (image[..., i].astype(int) for i in range(3))
-    return int(((blue > 70) & (blue > 1.3 * red) & (blue > 1.15 * green)).sum())
-
-
 def as_file(name: str, content: bytes) -> dict[str, object]:
     return {"name": name, "mimeType": "application/json", "buffer": content}
-
-
-def test_a_dressed_body_is_shown_and_the_figures_move(page):
-    assert figure(page, "vertices") == 48 * 24
-    figures = {"clearance-mm": 3.0, "min-gap-mm": 1.2, "max-stretch-percent": 4.3, "body-lag-mm": 2.0, "pairs": 320.0}
-    for name, expected in figures.items():
-        page.wait_for_selector(f"#readout[data-{name}]:not([data-{name}=''])", state="attached")
-        assert figure(page, name) == pytest.approx(expected)
-    before = [figure(page, name) for name in ("frames", "seq", "simulated-s")]
-    wait_for_frames(page, 10)
-    after = [figure(page, name) for name in ("frames", "seq", "simulated-s")]
-    assert all(new > old for old, new in zip(before, after, strict=True))
-    assert figure(page, "fps") > 0
-    assert figure(page, "age-ms") >= 0
-    assert figure(page, "pace") > 0
-    assert page.evaluate("tryon.readout.vertices") == 48 * 24
-    image = picture(page)
-    assert reddish(image) > 0.02 * image.shape[0] * image.shape[1], "the tunic is not to be seen"
-    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500, "light and shadow are missing"
-
-
-def test_pause_stops_the_motion_and_play_goes_on(page):
-    page.click("#play")
-    wait_for_state(page, "paused")
-    assert page.inner_text("#play-text") == "Play"
-    still = settled_picture(page)
-    seq = figure(page, "seq")
-    page.wait_for_timeout(700)
-    assert figure(page, "seq") == seq
-    assert np.array_equal(picture(page), still)
-    page.click("#play")
-    wait_for_state(page, "running")
-    wait_for_frames(page)
-    assert figure(page, "seq") > seq
-    assert not np.array_equal(picture(page), still)
 
 
 def test_a_bad_pattern_is_refused_with_place_and_remedy_while_the_session_goes_on(page):
@@ -181,25 +114,6 @@ def test_a_pattern_can_be_dropped_on_the_page(page):
     assert page.locator("#drop").is_hidden()
 
 
-def test_motion_and_fabric_change_within_the_session(page, studio):
-    session = session_of(page)
-    page.locator("#motions label", has_text="Turn").click()
-    page.wait_for_function("() => Math.abs(Number(document.getElementById('readout').dataset.rootX)) > 0.1")
-    page.locator("#fabrics label", has_text="Denim").click()
-    wait_for_frames(page, 15)
-    wait_for_state(page, "running")
-    told = ask(studio, f"api/sessions/{session}")
-    assert (told["motion"], told["fabric"], session_of(page)) == ("turn", "denim", session)
-    for _ in range(20):  # until its picture is there
-        image = picture(page)
-        if bluish(image):
-            break
-        wait_for_frames(page, 5)
-    assert bluish(image) > 0.02 * image.shape[0] * image.shape[1]
-    assert reddish(image) == 0
-    page.locator("#motions label", has_text="Walk").click()
-
-
 def test_advice_is_shown_as_long_as_it_is_given(page):
     page.wait_for_selector("#advice", state="hidden")
     page.locator("#fabrics label", has_text="Denim").click()
@@ -210,8 +124,8 @@ def test_advice_is_shown_as_long_as_it_is_given(page):
 
 
 @pytest.mark.long
-def test_open_figures_leave_the_middle_of_the_picture_free(chromium, studio):
-    page = open_page(chromium, studio.url, 1280, 800)
+def test_open_figures_leave_the_middle_of_the_picture_free(unseen, studio):
+    page = open_page(unseen, studio.url, 1280, 800)
     wait_for_state(page, "running")
     assert not page.evaluate("document.getElementById('readout').open")
     page.click("#readout > summary")
@@ -220,18 +134,6 @@ def test_open_figures_leave_the_middle_of_the_picture_free(chromium, studio):
     assert card["x"] + card["width"] <= view["x"] + view["width"]
     assert page.locator("#readout").evaluate("card => card.scrollWidth <= card.clientWidth")
     page.context.close()
-
-
-def test_another_colour_is_worn_as_soon_as_its_picture_is_there(page):
-    with page.expect_response(lambda response: "dye=" in response.url):
-        page.locator("#colours label[title='Ink']").click()
-    for _ in range(20):
-        image = picture(page)
-        if reddish(image) == 0:
-            break
-        page.wait_for_timeout(500)
-    assert reddish(image) == 0
-    assert bluish(image) > 0.01 * image.shape[0] * image.shape[1]
 
 
 def test_a_fabric_that_does_not_fit_is_refused_and_the_garment_worn_on(page):
@@ -244,8 +146,8 @@ def test_a_fabric_that_does_not_fit_is_refused_and_the_garment_worn_on(page):
     wait_for_frames(page)
 
 
-def test_a_second_page_joins_the_session_and_sees_it_paused(page, chromium):
-    other = open_page(chromium, page.url)
+def test_a_second_page_joins_the_session_and_sees_it_paused(page, unseen):
+    other = open_page(unseen, page.url)
     wait_for_state(other, "running")
     wait_for_frames(other)
     assert session_of(other) == session_of(page)
@@ -255,70 +157,17 @@ def test_a_second_page_joins_the_session_and_sees_it_paused(page, chromium):
     other.context.close()
 
 
-def test_a_session_that_is_not_there_is_replaced_and_said_so(chromium, studio):
-    page = open_page(chromium, f"{studio.url}?session=nowhere")
+def test_a_session_that_is_not_there_is_replaced_and_said_so(unseen, studio):
+    page = open_page(unseen, f"{studio.url}?session=nowhere")
     wait_for_state(page, "running")
     assert "isn't there" in page.inner_text("#notice-title")
     assert session_of(page) != "nowhere"
     page.context.close()
 
 
-def stand_at(url: str, place: list[float], seconds: float) -> None:
-    """Stream the rest pose, standing there, for a while: a headset whose wearer does not move."""
-
-    async def send() -> None:
-        async with connect(url) as stream:
-            listening = asyncio.create_task(listen(stream))
-            while stream.topology is None:
-                await asyncio.sleep(0.02)
-            body = stream.topology.body
-            rest = [[0.0, 0.0, 0.0, 1.0]] * len(body.joint_names)
-            root = body.rest_joints[0] + place
-            for _ in range(int(20 * seconds)):
-                await stream.send_pose(root, rest, time.monotonic())
-                await asyncio.sleep(0.05)
-            listening.cancel()
-
-    with ThreadPoolExecutor(1) as other_thread:  # the browser's driver has an event loop running in this one
-        other_thread.submit(asyncio.run, send()).result()
-
-
-async def listen(stream) -> None:
-    async for _ in stream:
-        pass
-
-
 @pytest.mark.long
-def test_a_wearer_ten_kilometres_away_is_shown_as_sharply_as_one_here(chromium, studio):
-    """Nothing of the picture is lost to float32: the tunic is as smooth and as large there as here."""
-    shown = []
-    for place in ([0.0, 0.0, 0.0], [10_000.0, 0.0, -10_000.0]):
-        wish = json.dumps({"garment": "tshirt", "motion": None, "fabric": "cotton"}).encode()
-        asked = Request(f"{studio.url}api/sessions", wish, {"Content-Type": "application/json"})
-        with urlopen(asked) as reply:
-            session = json.load(reply)
-        page = open_page(chromium, f"{studio.url}?session={session['id']}", 480, 420)
-        page.wait_for_selector('#view[data-shown="figure"]')  # as dressed; frames go on when poses come
-        stand_at(studio.url.replace("http", "ws", 1).rstrip("/") + session["stream"], place, 2.5)
-        page.wait_for_function(
-            "x => Math.abs(Number(document.getElementById('readout').dataset.rootX) - x) < 0.01", arg=place[0]
-        )
-        assert page.evaluate("tryon.readout.rootZ") == pytest.approx(place[2], abs=0.01)
-        image = settled_picture(page)
-        share = reddish(image) / (image.shape[0] * image.shape[1])
-        shown.append((share, len(np.unique(image.reshape(-1, 3), axis=0))))
-        assert page.faults == []
-        page.context.close()
-    (here, colours_here), (there, colours_there) = shown
-    assert here > 0.02, "the tunic is not to be seen"
-    print(f"share of the picture {here:.4f} and {there:.4f}, colours {colours_here} and {colours_there}")
-    assert there == pytest.approx(here, rel=0.05)
-    assert colours_there == pytest.approx(colours_here, rel=0.2)
-
-
-@pytest.mark.long
-def test_an_ended_session_says_so_and_can_be_started_again(chromium, studio):
-    page = open_page(chromium, studio.url)
+def test_an_ended_session_says_so_and_can_be_started_again(unseen, studio):
+    page = open_page(unseen, studio.url)
     wait_for_state(page, "running")
     session = session_of(page)
     with urlopen(Request(f"{studio.url}api/sessions/{session}", method="DELETE")):
@@ -346,8 +195,8 @@ def test_the_page_works_by_keyboard(page):
     assert focusable == 0
 
 
-def test_the_page_fits_a_phone(page, chromium):
-    phone = open_page(chromium, page.url, 360, 740)
+def test_the_page_fits_a_phone(page, unseen):
+    phone = open_page(unseen, page.url, 360, 740)
     wait_for_state(phone, "running")
     wait_for_frames(phone)
     assert phone.evaluate("document.documentElement.scrollWidth") == 360
@@ -363,12 +212,12 @@ def test_the_page_fits_a_phone(page, chromium):
     phone.context.close()
 
 
-def test_a_killed_server_is_waited_for_and_the_page_recovers(chromium, web, tmp_path):
+def test_a_killed_server_is_waited_for_and_the_page_recovers(unseen, web, tmp_path):
     from studio import Studio
 
     server = Studio(tmp_path, web)
     try:
-        page = open_page(chromium, server.url)
+        page = open_page(unseen, server.url)
         wait_for_state(page, "running")
         page.locator("#motions label", has_text="Turn").click()
         wait_for_frames(page)

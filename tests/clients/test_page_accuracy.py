@@ -32,8 +32,8 @@ KEYS = """dial => {
 
 
 @pytest.fixture(scope="module")
-def shared(chromium, studio):
-    page = open_page(chromium, studio.url, seen=False)
+def shared(unseen, studio):
+    page = open_page(unseen, studio.url)
     wait_for_state(page, "running")
     yield page
     page.context.close()

@@ -13,8 +13,8 @@ pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
-def shared(chromium, studio):
-    page = open_page(chromium, studio.url, seen=False)
+def shared(unseen, studio):
+    page = open_page(unseen, studio.url)
     wait_for_state(page, "running")
     page.wait_for_selector("#effects", state="visible")
     page.click("#effects > summary")
@@ -250,11 +250,11 @@ new MutationObserver(() => {
 """
 
 
-def test_what_is_asked_while_the_garment_is_put_on_acts_once_it_is_worn(chromium, studio):
+def test_what_is_asked_while_the_garment_is_put_on_acts_once_it_is_worn(unseen, studio):
     """A script asks as soon as the section is there, before which nothing is worn."""
     studio.held.touch()
     try:
-        page = open_page(chromium, studio.url, scripts=[ASKS_AT_ONCE], seen=False)
+        page = open_page(unseen, studio.url, scripts=[ASKS_AT_ONCE])
         page.wait_for_function("window.said?.length")
     finally:
         studio.held.unlink()

@@ -13,9 +13,9 @@ pytestmark = pytest.mark.browser
 
 
 @pytest.fixture
-def page(chromium, patterned):
+def page(unseen, patterned):
     """A page of its own, in a session of its own. It must run without an uncaught error."""
-    page = open_page(chromium, patterned.url, 1280, 800, seen=False)
+    page = open_page(unseen, patterned.url, 1280, 800)
     wait_for_state(page, "running")
     page.wait_for_selector("#pattern-toggle:visible")
     page.click("#effects > summary")

@@ -16,15 +16,15 @@ WORN = "[...document.querySelectorAll('#wardrobe-worn li')].map(row => row.datas
 
 
 @pytest.fixture
-def page(chromium, patterned):
+def page(unseen, patterned):
     """A page with the pattern beside the picture. It must run without an uncaught error."""
-    with a_page(chromium, patterned.url) as page:
+    with a_page(unseen, patterned.url) as page:
         yield page
 
 
 @contextmanager
-def a_page(chromium, url: str):
-    page = open_page(chromium, url, 1280, 800, seen=False)
+def a_page(browser, url: str):
+    page = open_page(browser, url, 1280, 800)
     wait_for_state(page, "running")
     page.wait_for_selector("#pattern-toggle:visible")
     page.click("#pattern-toggle")
@@ -187,9 +187,9 @@ def test_a_page_that_is_reloaded_while_it_dresses_comes_to_what_was_chosen(page)
 
 
 def test_of_two_pages_one_edits_and_one_changes_effects_and_what_one_that_goes_holds_is_let_go(
-    page, chromium, patterned
+    page, unseen, patterned
 ):
-    with a_page(chromium, page.url) as other:
+    with a_page(unseen, page.url) as other:
         other.click("#effects > summary")
         wind = other.locator("[data-name=wind]")
         wind.locator("summary").click()
@@ -213,11 +213,11 @@ def test_of_two_pages_one_edits_and_one_changes_effects_and_what_one_that_goes_h
     assert kinds(patterned, page) == ["move_vertex"], "what was held and not let go is not kept"
 
 
-def test_after_the_server_was_killed_all_that_was_worn_goes_on(chromium, web, tmp_path):
+def test_after_the_server_was_killed_all_that_was_worn_goes_on(unseen, web, tmp_path):
     """The pattern as it was edited, effects, the cape over it, and the half of a row that was not whole yet."""
     server = Studio(tmp_path, web, "patterned_form")
     try:
-        with a_page(chromium, server.url) as page:
+        with a_page(unseen, server.url) as page:
             grab(page)
             page.mouse.up()
             comes(page, lambda: kinds(server, page) == ["move_vertex"])
@@ -249,8 +249,8 @@ def test_after_the_server_was_killed_all_that_was_worn_goes_on(chromium, web, tm
 
 
 @pytest.mark.long
-def test_a_session_that_ended_while_nobody_watched_is_gone_on_from(chromium, patterned):
-    with a_page(chromium, patterned.url) as page:
+def test_a_session_that_ended_while_nobody_watched_is_gone_on_from(unseen, patterned):
+    with a_page(unseen, patterned.url) as page:
         grab(page)
         page.mouse.up()
         comes(page, lambda: kinds(patterned, page) == ["move_vertex"])

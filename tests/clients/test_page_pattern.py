@@ -21,10 +21,10 @@ def tailor(web):
 
 
 @pytest.fixture(scope="module")
-def shared(chromium, tailor):
+def shared(unseen, tailor):
     """The page for all tests in a window of this size."""
     tailor.pattern = design()
-    page = open_page(chromium, tailor.url, 1280, 800, seen=False)
+    page = open_page(unseen, tailor.url, 1280, 800)
     page.click("#pattern-toggle")
     page.wait_for_selector("#pattern-sheet .piece >> nth=1")
     yield page
@@ -563,9 +563,9 @@ def test_nothing_that_a_server_says_breaks_the_page(page, tailor):
 
 
 @pytest.mark.long
-def test_a_garment_that_is_a_mesh_has_no_pattern(chromium, tailor):
+def test_a_garment_that_is_a_mesh_has_no_pattern(unseen, tailor):
     tailor.pattern = None
-    page = open_page(chromium, tailor.url, 1280, 800, seen=False)
+    page = open_page(unseen, tailor.url, 1280, 800)
     page.wait_for_selector('#status[data-state="running"]')
     assert page.locator("#pattern-toggle").is_hidden()
     assert page.locator("#pattern").is_hidden()
@@ -577,9 +577,9 @@ def test_a_garment_that_is_a_mesh_has_no_pattern(chromium, tailor):
     ("width", "height"),
     [*(pytest.param(*size, marks=pytest.mark.long) for size in ((1280, 800), (1000, 700))), (360, 740)],
 )
-def test_the_pattern_finds_room_in_any_window(chromium, tailor, width, height):
+def test_the_pattern_finds_room_in_any_window(unseen, tailor, width, height):
     tailor.pattern = design()
-    page = open_page(chromium, tailor.url, width, height, seen=False)
+    page = open_page(unseen, tailor.url, width, height)
     page.click("#pattern-toggle")
     page.wait_for_selector("#pattern-sheet .piece >> nth=1")
     page.mouse.click(*middle(edge(page, 1).locator(".reach")))

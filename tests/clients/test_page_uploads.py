@@ -23,8 +23,8 @@ WALK = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo" 
 
 
 @pytest.fixture(scope="module")
-def page(chromium, studio):
-    page = open_page(chromium, studio.url, seen=False)
+def page(unseen, studio):
+    page = open_page(unseen, studio.url)
     wait_for_state(page, "running")
     yield page
     assert page.faults == []

@@ -4,6 +4,7 @@ nothing."""
 from __future__ import annotations
 
 import json
+from contextlib import contextmanager
 from urllib.request import urlopen
 
 import numpy as np
@@ -16,8 +17,14 @@ WORN = "[...document.querySelectorAll('#wardrobe-worn li')].map(row => row.datas
 
 
 @pytest.fixture
-def page(chromium, studio):
-    page = open_page(chromium, studio.url)
+def page(unseen, studio):
+    with a_page(unseen, studio) as page:
+        yield page
+
+
+@contextmanager
+def a_page(browser, studio):
+    page = open_page(browser, studio.url)
     wait_for_state(page, "running")
     wait_for_frames(page)
     yield page
@@ -35,26 +42,27 @@ def put_on(page, garment: str) -> None:
     page.click("#wardrobe-put-on")
 
 
-def test_garments_are_put_on_moved_and_taken_off(page, studio):
-    wears(page, "tshirt")
-    page.click("#play")
-    alone = settled_picture(page)
-    put_on(page, "cape")
-    wears(page, "cape,tshirt")
-    page.wait_for_function("document.querySelector('#wardrobe-worn input:checked').value === 'cape'")
-    page.get_by_label("Wear Cape further in").click()
-    wears(page, "tshirt,cape")
-    rows = page.locator("#wardrobe-worn li")
-    assert "taken off and put on again" in rows.nth(0).inner_text()
-    assert "put on again" not in rows.nth(1).inner_text()
-    session = page.evaluate("new URL(location.href).searchParams.get('session')")
-    with urlopen(f"{studio.url}api/sessions/{session}/garments") as reply:
-        assert [one["name"] for one in json.load(reply)] == ["cape", "tshirt"]
-    both = settled_picture(page)
-    assert (np.abs(both.astype(int) - alone).max(axis=2) > 40).mean() > 0.005  # the outer one is wider
-    page.get_by_label("Take T-shirt off").click()
-    wears(page, "cape")
-    assert page.get_by_label("Take Cape off").is_disabled()
+def test_garments_are_put_on_moved_and_taken_off(chromium, studio):
+    with a_page(chromium, studio) as page:
+        wears(page, "tshirt")
+        page.click("#play")
+        alone = settled_picture(page)
+        put_on(page, "cape")
+        wears(page, "cape,tshirt")
+        page.wait_for_function("document.querySelector('#wardrobe-worn input:checked').value === 'cape'")
+        page.get_by_label("Wear Cape further in").click()
+        wears(page, "tshirt,cape")
+        rows = page.locator("#wardrobe-worn li")
+        assert "taken off and put on again" in rows.nth(0).inner_text()
+        assert "put on again" not in rows.nth(1).inner_text()
+        session = page.evaluate("new URL(location.href).searchParams.get('session')")
+        with urlopen(f"{studio.url}api/sessions/{session}/garments") as reply:
+            assert [one["name"] for one in json.load(reply)] == ["cape", "tshirt"]
+        both = settled_picture(page)
+        assert (np.abs(both.astype(int) - alone).max(axis=2) > 40).mean() > 0.005  # the outer one is wider
+        page.get_by_label("Take T-shirt off").click()
+        wears(page, "cape")
+        assert page.get_by_label("Take Cape off").is_disabled()
 
 
 def test_what_takes_longer_is_told_in_a_line_and_can_be_cancelled(page):

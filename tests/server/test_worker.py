@@ -33,9 +33,10 @@ def of(connection, kind) -> list:
 
 
 def test_tells_how_it_begins_then_the_topology_then_that_it_is_ready():
+    """What can be asked for of what is worn is there before anybody is told that it is."""
     connection = work([], until=1.0)
     assert [type(event).__name__ for event in connection.events] == [
-        "PhaseChanged", "PhaseChanged", "TopologyReady", "PhaseChanged", "Designed", "EffectsTold", "PresetInForce",
+        "PhaseChanged", "PhaseChanged", "TopologyReady", "EffectsTold", "PresetInForce", "PhaseChanged", "Designed",
     ]  # fmt: skip
     assert [event.phase for event in of(connection, PhaseChanged)] == ["preparing", "dressing", "ready"]
     assert of(connection, TopologyReady)[0].joint_names == ("hips", "spine", "head")

@@ -262,6 +262,7 @@ class Worker(PatternWorker):
         self._move = Move(drape.pose, 0.0, self._source.t, 0)  # it stands where the way to the first pose begins
         self._tell(self._publisher.dress(drape, self._move))
         self._told_at = self._move.t
+        self._go_on_with_effects()  # whoever is told that it is worn may ask for them at once
         self._tell_worn()
         self._last_look = self._clock()
 

@@ -10,9 +10,10 @@ from contextlib import contextmanager
 
 import numpy as np
 import numpy.typing as npt
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright
 
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+WITHOUT_PICTURES = "--disable-gpu-compositing"  # a page is put together faster so, but for one with pictures of WebGL
 UNSEEN = """for (const draw of ["clear", "drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced"])
     WebGL2RenderingContext.prototype[draw] = () => {};"""  # in software a picture takes as long as a frame's simulation
 PATIENCE = 60_000  # [ms] for anything that must happen sooner or later, on a machine that others use too
@@ -36,20 +37,21 @@ def find_chromium() -> str | None:
 
 
 @contextmanager
-def launch(path: str) -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
-        yield browser
-        browser.close()
+def launch(playwright: Playwright, path: str, seen: bool = True) -> Iterator[Browser]:
+    """A browser. Where no picture that its pages have of the wearer is ``seen``, all goes its way but the drawing."""
+    browser = playwright.chromium.launch(executable_path=path, args=[*FLAGS, *([] if seen else [WITHOUT_PICTURES])])
+    browser.seen = seen
+    yield browser
+    browser.close()
 
 
 def open_page(
-    browser: Browser, url: str, width: int = 860, height: int = 620, scripts: Sequence[str] = (), seen: bool = True
+    browser: Browser, url: str, width: int = 860, height: int = 620, scripts: Sequence[str] = ()
 ) -> Page:
     """A page in a profile of its own, whose uncaught errors are collected in ``page.faults``; ``scripts`` run in it
-    before its own. Where its picture of the wearer is not ``seen`` by the test all goes its way but the drawing."""
+    before its own."""
     page = browser.new_context(viewport={"width": width, "height": height}).new_page()
-    for script in (*scripts, *([] if seen else [UNSEEN])):
+    for script in (*scripts, *([] if browser.seen else [UNSEEN])):
         page.add_init_script(script)
     page.set_default_timeout(PATIENCE)
     page.faults = []

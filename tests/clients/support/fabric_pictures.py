@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / folder) for folder in ("tests/clients/support", "solver", "server", "protocol")]
 
 from browser import find_chromium, launch, open_page  # noqa: E402
-from playwright.sync_api import Browser, Page  # noqa: E402
+from playwright.sync_api import Browser, Page, sync_playwright  # noqa: E402
 from studio import free_port  # noqa: E402
 
 from tryon_solver.materials.fabric import FABRICS  # noqa: E402
@@ -81,7 +81,7 @@ def main(arguments: list[str] | None = None) -> int:
         try:
             url = f"http://127.0.0.1:{port}/"
             wait_for_server(url)
-            with launch(chromium) as browser:
+            with sync_playwright() as playwright, launch(playwright, chromium) as browser:
                 tiles = [pictures(browser, url, options.garment, fabric) for fabric in options.fabrics]
                 page = browser.new_page()
                 told = {"tiles": tiles, "whole": WHOLE, "near": NEAR, "columns": min(COLUMNS, len(tiles))}

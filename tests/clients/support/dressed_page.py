@@ -1,0 +1,30 @@
+"""A page of which a module's tests change nothing for good, and what its server tells of its session."""
+
+from __future__ import annotations
+
+import json
+from urllib.request import urlopen
+
+from browser import wait_for_frames, wait_for_state
+from playwright.sync_api import Page
+from studio import Studio
+
+
+def as_it_began(page: Page) -> None:
+    """Until the garment is worn in cotton, in the fabric's own colour, and moves."""
+    page.wait_for_selector("#play:enabled")
+    if page.inner_text("#play-text") == "Play":
+        page.click("#play")
+    page.locator("#fabrics label", has_text="Cotton").click()
+    page.locator("#colours label").first.click()
+    wait_for_state(page, "running")
+    wait_for_frames(page)
+
+
+def session_of(page: Page) -> str:
+    return page.evaluate("new URL(location.href).searchParams.get('session')")
+
+
+def ask(studio: Studio, path: str):
+    with urlopen(studio.url + path) as reply:
+        return json.load(reply)
