@@ -193,14 +193,24 @@ def fit_rigid(rest: np.ndarray, frames: np.ndarray, weights: np.ndarray) -> tupl
 
     Least squares with `weights` (B,): W. Kabsch, "A solution for the best rotation to relate two sets of vectors" 1976.
     """
+    covariance, middle = _covariance(rest, frames, weights)
+    return _best_turns(covariance), middle
+
+
+def _covariance(rest: np.ndarray, frames: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(T, 3, 3) of each frame (T, B, 3) with `rest` (B, 3), centred, by `weights` (B,), and its middle (T, 3)."""
     used = weights > 0
     w = weights[used] / weights[used].sum()
     moved = frames[:, used].astype(np.float64)
     middle = np.einsum("b,tbx->tx", w, moved)
-    covariance = np.einsum("b,tbx,by->txy", w, moved - middle[:, None], rest[used])
+    return np.einsum("b,tbx,by->txy", w, moved - middle[:, None], rest[used]), middle
+
+
+def _best_turns(covariance: np.ndarray) -> np.ndarray:
+    """Rotations (K, 4) that fit covariances (K, 3, 3) best."""
     u, _, vt = np.linalg.svd(covariance)
     u[..., 2] *= np.sign(np.linalg.det(u @ vt))[:, None]
-    return Rotation.from_matrix(u @ vt).as_quat(), middle
+    return Rotation.from_matrix(u @ vt).as_quat()
 
 
 def _find_parts(frames: np.ndarray, rest: np.ndarray) -> np.ndarray:
@@ -208,22 +218,33 @@ def _find_parts(frames: np.ndarray, rest: np.ndarray) -> np.ndarray:
     chosen = np.unique(np.linspace(0, len(frames) - 1, FIT_FRAMES).round().astype(int))
     moved = frames[chosen].astype(np.float64)
     seeds = [int(np.argmax(np.linalg.norm(rest - rest.mean(axis=0), axis=1)))]
-    distance = np.linalg.norm(rest - rest[seeds[0]], axis=1)
+    distances = [np.linalg.norm(rest - rest[seeds[0]], axis=1)]
+    nearest = distances[0]
     while len(seeds) < min(PARTS, len(rest) // 8 + 1):
-        seeds.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.linalg.norm(rest - rest[seeds[-1]], axis=1))
-    label = np.linalg.norm(rest[:, None] - rest[seeds][None], axis=2).argmin(axis=1)
+        seeds.append(int(nearest.argmax()))
+        distances.append(np.linalg.norm(rest - rest[seeds[-1]], axis=1))
+        nearest = np.minimum(nearest, distances[-1])
+    label = np.argmin(distances, axis=0)
+    by_axis = np.moveaxis(moved, 2, 1).reshape(-1, len(rest))  # (3 T, B): what is summed up over frames lies in rows
     for _ in range(FIT_ROUNDS):
         label = np.unique(label, return_inverse=True)[1].ravel()
-        cost = np.empty((len(rest), label.max() + 1))
-        for j in range(cost.shape[1]):
+        count = label.max() + 1
+        centres = np.empty((count, 3))
+        covariances, places = np.empty((count, len(moved), 3, 3)), np.empty((count, len(moved), 3))
+        for j in range(count):
             mine = (label == j).astype(np.float64)
-            centre = mine @ rest / mine.sum()
-            turns, places = fit_rigid(rest - centre, moved, mine)
-            guess = np.einsum("txy,by->tbx", quaternions.to_matrix(turns), rest - centre) + places[:, None]
-            error = np.sqrt(((moved - guess) ** 2).sum(axis=2).mean(axis=0))
-            cost[:, j] = error + NEARNESS * np.linalg.norm(rest - centre, axis=1)
-        label = cost.argmin(axis=1)
+            centres[j] = mine @ rest / mine.sum()
+            covariances[j], places[j] = _covariance(rest - centres[j], moved, mine)
+        turns = quaternions.to_matrix(_best_turns(covariances.reshape(-1, 3, 3))).reshape(count, -1, 3)
+        cost = np.empty((count, len(rest)))
+        for j in range(count):
+            aside = rest - centres[j]
+            off = turns[j] @ aside.T
+            off += places[j].reshape(-1, 1)
+            off -= by_axis
+            error = np.sqrt(np.einsum("kb,kb->b", off, off) / len(moved))
+            cost[j] = error + NEARNESS * np.linalg.norm(aside, axis=1)
+        label = cost.argmin(axis=0)
     return np.unique(label, return_inverse=True)[1].ravel()
 
 

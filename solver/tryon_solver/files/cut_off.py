@@ -13,6 +13,8 @@ import numpy as np
 
 from tryon_solver.files.standing import NEAR_MIDDLE, SQUARE, Stand, trunk_middle
 from tryon_solver.geometry.boundary_loops import boundary_loops
+from tryon_solver.geometry.distinct import ascending, distinct
+from tryon_solver.geometry.seams import face_edges, sides_of_one_edge
 from tryon_solver.geometry.surface_repair import crowded_edges
 
 AT_END = 0.02  # share of the height by which a rim may miss the body's end and still be it
@@ -117,14 +119,16 @@ def _capped(x: np.ndarray, faces: np.ndarray, name: str) -> float:
     near = np.flatnonzero((top < SLANT * height).all(axis=1) & (areas > 0.0))
     seeds = near[(np.abs(normals[near, 1]) > UPRIGHT) & (top[near].min(axis=1) < CAP_AT_END * height)]
     largest = seeds[np.argsort(-areas[seeds])[:SEEDS]]
-    for within, degrees in EVEN:
-        best = np.zeros(0, int)
-        for k in [*largest, *seeds[:: max(1, len(seeds) // SEEDS)]]:
-            even = normals[near] @ normals[k] > np.cos(np.deg2rad(degrees))
-            even &= np.abs((middles[near] - middles[k]) @ normals[k]) < within
-            if areas[near[even]].sum() > areas[best].sum():
-                best = near[even]
-        area = float(areas[best].sum())
+    spread, facing, places = areas[near], normals[near], middles[near]
+    found = [(0.0, np.zeros(0, int)) for _ in EVEN]
+    for k in [*largest, *seeds[:: max(1, len(seeds) // SEEDS)]]:
+        cosines, distances = facing @ normals[k], np.abs((places - middles[k]) @ normals[k])
+        for level, (within, degrees) in enumerate(EVEN):
+            even = (cosines > np.cos(np.deg2rad(degrees))) & (distances < within)
+            area = float(spread[even].sum())
+            if area > found[level][0]:
+                found[level] = area, near[even]
+    for area, best in found:
         if area > min(CAP, CAP_SHARE * height**2) and _has_rim(x, faces, normals, best):
             break
     else:
@@ -140,21 +144,21 @@ def _capped(x: np.ndarray, faces: np.ndarray, name: str) -> float:
 
 
 def _has_rim(x: np.ndarray, faces: np.ndarray, normals: np.ndarray, cap: np.ndarray) -> bool:
-    """Whether the surface turns off sharply around most of the triangles `cap` (K,), as around a cut."""
-    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    _, side, users = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
-    order = np.argsort(side.ravel(), kind="stable")
-    pairs = order[np.flatnonzero(users[side.ravel()[order]] == 2)].reshape(-1, 2)
-    within = np.isin(pairs // 3, cap)
-    rim = pairs[within[:, 0] != within[:, 1]]
-    lengths = np.linalg.norm(x[sides[rim[:, 0], 0]] - x[sides[rim[:, 0], 1]], axis=1)
-    turns = np.einsum("ed,ed->e", normals[rim[:, 0] // 3], normals[rim[:, 1] // 3]) < SHARP
+    """Whether the surface, an edge-manifold, turns off sharply around most of the triangles `cap` (K,), as around a
+    cut."""
+    one, other = sides_of_one_edge(faces)
+    capped = np.isin(np.arange(len(faces)), cap)
+    at_rim = capped[one // 3] != capped[other // 3]
+    one, other = one[at_rim], other[at_rim]
+    ends = x[face_edges(faces)[one]]
+    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+    turns = np.einsum("ed,ed->e", normals[one // 3], normals[other // 3]) < SHARP
     return bool(lengths[turns].sum() > MOSTLY * lengths.sum())
 
 
 def _section(x: np.ndarray, faces: np.ndarray, level: float) -> np.ndarray:
     """(K, 2) x and z [m] where edges pass through the plane y = `level`."""
-    edges = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    edges = distinct(ascending(face_edges(faces))).rows
     a, b = x[edges[:, 0]], x[edges[:, 1]]
     through = (a[:, 1] > level) != (b[:, 1] > level)
     a, b = a[through], b[through]

@@ -36,6 +36,17 @@ def face_edges(faces: Indices) -> Indices:
     return np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
 
 
+def sides_of_one_edge(faces: Indices) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Sides (K,) of the faces, numbered as in face_edges, and of each the next one (K,) that is of the same edge.
+
+    Ordered by the edge, smaller id first, and along an edge by number: one that m faces have is there m - 1 times.
+    """
+    keys = _keys(face_edges(faces), int(faces.max(initial=0)) + 1)
+    order = np.argsort(keys, kind="stable")
+    shared = np.flatnonzero(keys[order][1:] == keys[order][:-1])
+    return order[shared], order[shared + 1]
+
+
 @dataclass(frozen=True)
 class SewingFaults:
     """Edges (K, 2) of the unsewn mesh that must be cut for the sewn one to be an edge-manifold, smaller id first."""
@@ -79,17 +90,14 @@ def sewing_faults(faces: Indices, merged: Indices, sewn_edges: Indices) -> Sewin
 def pinched(faces: Indices, vertex_count: int) -> Indices:
     """Vertices (K,) in which parts of the surface meet that share no edge there, for welded faces (F, 3)."""
     edges = face_edges(faces)
-    keys = _keys(edges, vertex_count)
-    order = np.argsort(keys, kind="stable")
-    shared = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-    one, other = order[shared], order[shared + 1]
+    one, other = sides_of_one_edge(faces)
     # A node is a face's corner; two corners at one vertex are joined when their faces share an edge there.
     corners = np.stack(
         [np.arange(faces.size), np.roll(np.arange(faces.size).reshape(-1, 3), -1, axis=1).ravel()], axis=1
     )
     same_way = edges[one, 0] == edges[other, 0]
     joined = np.where(same_way[:, None], corners[other], corners[other][:, ::-1])
-    links = (np.ones(2 * len(shared)), (corners[one].ravel(), joined.ravel()))
+    links = (np.ones(2 * len(one)), (corners[one].ravel(), joined.ravel()))
     _, fan = connected_components(coo_array(links, shape=(faces.size, faces.size)), directed=False)
     fans = distinct(np.stack([faces.ravel(), fan], axis=1)).rows
     return np.flatnonzero(np.bincount(fans[:, 0], minlength=vertex_count) > 1).astype(np.int32)

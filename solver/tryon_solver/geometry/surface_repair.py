@@ -9,7 +9,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from tryon_solver.geometry.seams import merge
+from tryon_solver.geometry.distinct import ascending, distinct
+from tryon_solver.geometry.seams import face_edges, merge, sides_of_one_edge
 
 WELD = 1e-4  # m, vertices on open edges nearer than this are one: exporters split them along seams of the texture
 ALONG = 0.05  # share of an open edge's length by which both its ends may miss those of another that is the same edge
@@ -25,7 +26,7 @@ def boundary_vertices(faces: np.ndarray) -> np.ndarray:
 
 def open_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(K, 2) the edges that only one triangle has, smaller vertex first, and (K,) that triangle."""
-    edges, first, counts = np.unique(_sides(faces), axis=0, return_index=True, return_counts=True)
+    edges, first, _, counts = distinct(_sides(faces))
     return edges[counts == 1], first[counts == 1] // 3
 
 
@@ -77,9 +78,8 @@ def _of_no_edge(pairs: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Those pairs of vertices that no triangle joins, int32."""
     if not len(pairs):
         return pairs.astype(np.int32)
-    sides = {tuple(edge) for edge in _edges(faces)[0].tolist()}
-    apart = [tuple(pair) not in sides for pair in np.sort(pairs, axis=1).tolist()]
-    return pairs[apart].astype(np.int32)
+    which = distinct(np.vstack([ascending(pairs), _sides(faces)])).which
+    return pairs[~np.isin(which[: len(pairs)], which[len(pairs) :])].astype(np.int32)
 
 
 def three_corners(faces: np.ndarray) -> np.ndarray:
@@ -89,8 +89,8 @@ def three_corners(faces: np.ndarray) -> np.ndarray:
 
 def hanging_on_none(faces: np.ndarray) -> np.ndarray:
     """Triangles, sorted, that share no side with another."""
-    _, where, counts = np.unique(_sides(faces), axis=0, return_inverse=True, return_counts=True)
-    return np.flatnonzero((counts[where.reshape(-1, 3)] == 1).all(axis=1))
+    _, _, which, counts = distinct(_sides(faces))
+    return np.flatnonzero((counts[which.reshape(-1, 3)] == 1).all(axis=1))
 
 
 def usual_gap(vertices: np.ndarray, faces: np.ndarray) -> float:
@@ -101,18 +101,15 @@ def usual_gap(vertices: np.ndarray, faces: np.ndarray) -> float:
 
 def crowded_edges(faces: np.ndarray) -> np.ndarray:
     """Triangles, sorted, at edges that more than two triangles have."""
-    edges, counts = _edges(faces)
-    crowded = {tuple(edge) for edge in edges[counts > 2].tolist()}
-    if not crowded:
-        return np.empty(0, np.int64)
-    sides = _sides(faces)
-    hit = np.array([tuple(side) in crowded for side in sides.tolist()])
-    return np.unique(np.flatnonzero(hit) // 3)
+    _, _, which, counts = distinct(_sides(faces))
+    return np.flatnonzero((counts[which.reshape(-1, 3)] > 2).any(axis=1))
 
 
 def twins(faces: np.ndarray) -> np.ndarray:
     """(F,) which triangles are the second copy of another, as double-sided exports have them."""
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    low, middle, high = np.sort(faces, axis=1).T
+    ends = distinct(np.column_stack([low, high])).which  # three numbers at once might be too large for it
+    first = distinct(np.column_stack([ends, middle])).first
     copy = np.ones(len(faces), bool)
     copy[first] = False
     return copy
@@ -121,38 +118,48 @@ def twins(faces: np.ndarray) -> np.ndarray:
 def turned_alike(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which triangles to turn over so that neighbours turn alike, (F,) bool; each one's part, (F,); and the triangles
     where that can't be (a Moebius strip), sorted."""
-    sides = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
-    owner = np.repeat(np.arange(len(faces)), 3)
+    sides = face_edges(faces)
     forward = sides[:, 0] < sides[:, 1]
-    key = np.sort(sides, axis=1)
-    order = np.lexsort((key[:, 1], key[:, 0]))
-    same = (key[order][1:] == key[order][:-1]).all(axis=1)
-    a, b = order[:-1][same], order[1:][same]
-    differ = forward[a] == forward[b]  # neighbours that turn alike run along their common side in opposite senses
-    around: list[list[tuple[int, bool]]] = [[] for _ in faces]
-    for left, right, turn in zip(owner[a].tolist(), owner[b].tolist(), differ.tolist()):
+    one, other = sides_of_one_edge(faces)
+    differ = forward[one] == forward[other]  # neighbours that turn alike run along their common side in opposite senses
+    links = np.stack([one, other], axis=1) // 3
+    # Each triangle is there as it is and, numbered after all, turned over: what hangs together then turns alike. Which
+    # of the two hangs together with the part's first triangle as that is, has been met first.
+    count = len(faces)
+    over = links + np.where(differ[:, None], [[0, count]], 0)
+    met = merge(2 * count, np.vstack([over, (over + count) % (2 * count)]))
+    as_is, turned = met[:count], met[count:]
+    part = np.unique(np.minimum(as_is, turned), return_inverse=True)[1]
+    flipped = as_is > turned
+    one_sided = as_is == turned
+    if one_sided.any():
+        within = one_sided[links[:, 0]]
+        _turn_one_by_one(flipped, np.flatnonzero(one_sided), links[within], differ[within])
+    torn = (flipped[links[:, 0]] != flipped[links[:, 1]]) != differ
+    return flipped, part, np.unique(links[torn])
+
+
+def _turn_one_by_one(flipped: np.ndarray, torn: np.ndarray, links: np.ndarray, differ: np.ndarray) -> None:
+    """Set `flipped` (F,) of triangles `torn` (K,) that can't all turn alike: each as the one it is reached from, over
+    `links` (L, 2) between them, from each part's first triangle on, the nearest first. `differ` (L,) of links says
+    which join triangles that turn differently."""
+    around: dict[int, list[tuple[int, bool]]] = {face: [] for face in torn.tolist()}
+    for (left, right), turn in zip(links.tolist(), differ.tolist()):
         around[left].append((right, turn))
         around[right].append((left, turn))
-    flipped = np.zeros(len(faces), bool)
-    part = np.full(len(faces), -1)
-    torn: set[int] = set()
-    count = 0
-    for seed in range(len(faces)):
-        if part[seed] >= 0:
+    wanted: dict[int, bool] = {}
+    for seed in around:
+        if seed in wanted:
             continue
-        part[seed] = count
+        wanted[seed] = False
         queue = deque([seed])
         while queue:
             here = queue.popleft()
             for there, turn in around[here]:
-                wanted = bool(flipped[here]) != turn
-                if part[there] < 0:
-                    part[there], flipped[there] = count, wanted
+                if there not in wanted:
+                    wanted[there] = wanted[here] != turn
                     queue.append(there)
-                elif bool(flipped[there]) != wanted:
-                    torn.update((here, there))
-        count += 1
-    return flipped, part, np.array(sorted(torn), np.int64)
+    flipped[list(wanted)] = list(wanted.values())
 
 
 def connected_faces(face_count: int, pairs: np.ndarray) -> np.ndarray:
@@ -163,17 +170,15 @@ def connected_faces(face_count: int, pairs: np.ndarray) -> np.ndarray:
 
 def neighbours(faces: np.ndarray) -> np.ndarray:
     """(K, 4): two triangles at one edge, and which side of each, 0 to 2, it is."""
-    key = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    order = np.lexsort((key[:, 1], key[:, 0]))
-    same = (key[order][1:] == key[order][:-1]).all(axis=1)
-    a, b = order[:-1][same], order[1:][same]
-    return np.column_stack([a // 3, b // 3, a % 3, b % 3])
+    one, other = sides_of_one_edge(faces)
+    return np.column_stack([one // 3, other // 3, one % 3, other % 3])
 
 
 def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.unique(_sides(faces), axis=0, return_counts=True)
+    edges, _, _, counts = distinct(_sides(faces))
+    return edges, counts
 
 
 def _sides(faces: np.ndarray) -> np.ndarray:
     """(3 F, 2) side by side of each triangle, smaller vertex first."""
-    return np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return ascending(face_edges(faces))
