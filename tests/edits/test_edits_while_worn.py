@@ -10,6 +10,7 @@ import drag_rate
 import memory_levels
 import numpy as np
 import pytest
+import run_edits
 from edit_case import EditCase, whole_proof
 from edit_steps import EditSteps
 from edit_table import markdown
@@ -57,8 +58,9 @@ THREE_EDITS = {
     ],
     ids=["one", "three"],
 )
-def test_a_walking_tshirt_is_edited_and_taken_back(tmp_path, case, asked, made, rebuilt):
+def test_a_walking_tshirt_is_edited_and_taken_back(tmp_path, case, asked, made, rebuilt, monkeypatch):
     """Value edits and another mesh, of few vertices; nothing crosses, and undone it is bit for bit what it was."""
+    monkeypatch.setattr(run_edits, "UNEDITED", 30)  # a second of the walk
     kept = []
     result = EditRun(case, tmp_path, print, kept.append).run()
     assert result["broken"] == []

@@ -84,7 +84,7 @@ def patterns(*edits):
 @pytest.mark.parametrize(
     "edits",
     [
-        (SMALLER,),
+        pytest.param((SMALLER,), marks=pytest.mark.long),
         (Dart("front", 0, 0.5, 0.03, 0.1), SMALLER),
         pytest.param((SMALLER, Dart("front", 0, 0.5, 0.03, 0.1)), marks=pytest.mark.long),
     ],

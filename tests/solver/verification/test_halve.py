@@ -140,10 +140,10 @@ def test_cloth_that_is_carried_apart_is_not_torn():
     """A plate goes off at 3 m/s under half of a sheet: in steps of 1/30 s carrying draws triangles out manifold. The
     first step shows it; those after it are shorter."""
     most = PRESETS["draft"].most_carried
-    whole, by_whole = across_two_plates(1e6, 3.0)
+    whole, by_whole = across_two_plates(1e6, 3.0, frames=3)  # those after it take ever longer
     halved, by_half = across_two_plates(most, 3.0)
     assert {report.steps for report in whole} == {1}
-    assert min(by_whole[:3]) > 3.0
+    assert min(by_whole) > 3.0
     assert max(by_half[1:]) < most
     assert halved[1].steps == 2**MOST
     assert halved[-1].steps == 1, "whole again, once the sheet lies on one plate"
