@@ -6,7 +6,9 @@ good run, from which each bad one differs, keeps every limit.
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -36,15 +38,25 @@ STOOD_DEAD = "awake, moving and yet left as it was [s]"  # as what is scripted d
 GROWN_AT_REST = "energy without work at rest (share)"
 
 
-def names(subject: Scripted, rests: bool = True) -> set[str]:
+@cache
+def played(kind: type[Scripted]) -> Recording:
+    return play(kind(), DT, SECONDS, tell=lambda _text: None)
+
+
+def whole_run(kind: type[Scripted]) -> Recording:
+    """Of the kind, to its end: a copy of its own for each test that asks, of what is played once."""
+    return deepcopy(played(kind))
+
+
+def names(kind: type[Scripted], rests: bool = True) -> set[str]:
     """The limits that a run broke."""
-    record = play(subject, DT, SECONDS, tell=lambda _text: None)
+    record = whole_run(kind)
     assert record.frames == LAST or record.failure
     return {b.limit for b in broken(record, Asked(STOPS, rests))}
 
 
 def test_a_good_run_keeps_every_limit():
-    assert names(Scripted()) == set()
+    assert names(Scripted) == set()
 
 
 class CrossesBall(Scripted):
@@ -201,7 +213,7 @@ BAD = {
 
 @pytest.mark.parametrize("kind", BAD, ids=lambda kind: kind.__name__)
 def test_a_bad_run_is_caught_for_what_it_is(kind):
-    found = names(kind())
+    found = names(kind)
     # crossing itself in one frame also stretches and shakes; what else it is called does not matter
     assert BAD[kind] <= found
     assert found <= BAD[kind] | {"trembling [m/s]", STOOD_DEAD}
@@ -232,7 +244,7 @@ def test_a_step_may_fall_back_on_what_it_had_but_only_on_that():
 
 
 def test_what_may_part_has_not_fallen_off():
-    record = play(FallsOff(), DT, SECONDS, tell=lambda _text: None)
+    record = whole_run(FallsOff)
     assert broken(record, Asked(STOPS, parts=True)) == []
 
 
@@ -241,7 +253,7 @@ def test_a_run_that_ends_too_soon_to_be_judged_is_not_called_still():
     assert {b.limit for b in broken(record, Asked(STOPS))} == {"too little time after the stop to judge the rest"}
     assert broken(record, Asked(STOPS, rests=False)) == []
     assert broken(record, Asked(STOPS, quiet=1.0)) == []  # asked another way
-    whole = play(Scripted(), DT, SECONDS, tell=lambda _text: None)
+    whole = whole_run(Scripted)
     assert broken(whole, Asked(STOPS, quiet=1.0)) == []
     too_late = broken(whole, Asked(STOPS, quiet=SECONDS))  # trembling is asked, but not all motion
     assert {b.limit for b in too_late} == {"too little time after the stop to judge the rest"}
@@ -260,12 +272,12 @@ def test_how_far_and_how_long_the_surface_is_from_what_a_tracker_told_is_told():
     assert told["behind_tracker"] == pytest.approx(12 * DT)
     assert told["broken"] == []
     assert any("at most 0.30 m, over 0.1 m for 0.20 s" in line for line in said_of(told))
-    untracked = judged(play(Scripted(), DT, SECONDS, tell=lambda _text: None), Asked(STOPS), {})
+    untracked = judged(whole_run(Scripted), Asked(STOPS), {})
     assert untracked["off_tracker"] is None
 
 
 def test_a_frame_is_named():
-    record = play(CrossesBall(), DT, SECONDS, tell=lambda _text: None)
+    record = whole_run(CrossesBall)
     crossing = next(b for b in broken(record, Asked(STOPS)) if b.limit == "cloth through body")
     assert (crossing.first, crossing.worst, crossing.frames) == (40, 40, 1)
 
@@ -292,7 +304,7 @@ def test_a_run_that_ends_in_an_error_fails_and_is_not_called_still():
 
 
 def test_what_is_only_stated_is_listed_with_its_reason():
-    record = play(Trembles(), DT, SECONDS, tell=lambda _text: None)
+    record = whole_run(Trembles)
     told = judged(record, Asked(STOPS), {"trembling [m/s]": "because"})
     assert told["broken"] == []
     assert told["stated"][0]["limit"] == "trembling [m/s]"

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from contact_scenes import DT, ContactScene
 from contact_state import contact_gradient, find_pairs
+from reference_distances import stencil_keys
 
 from tryon_solver.baselines.newton_ipc import Motion, Reference
 from tryon_solver.baselines.newton_ipc.distance import EDGE_EDGE
@@ -64,21 +65,11 @@ def known_contacts(sim: Simulation, motion: Motion) -> tuple[np.ndarray, np.ndar
     find_pairs(sim, motion.x)
     size, known = sim.candidates.size, motion.known
     kinds, ids = sim.candidates.kind.numpy()[:size], sim.candidates.ids.numpy()[:size]
-    named = {contact_name(kind, own): own for kind, own in zip(kinds, ids)}
-    found, given = [], []
-    for kind, theirs, slip in zip(known.kinds, known.ids, known.given):
-        own = named[contact_name(kind, theirs)]
-        turned = kind == EDGE_EDGE and set(own[:2].tolist()) != set(theirs[:2].tolist())
-        found.append(own)
-        given.append(-slip if turned else slip)
-    return np.array(found, np.int32).reshape(-1, 4), np.array(given).reshape(-1, 3)
-
-
-def contact_name(kind: int, ids: np.ndarray) -> tuple[object, ...]:
-    """The same of a contact for solver and reference."""
-    first = 2 if kind == EDGE_EDGE else 1
-    sides = frozenset(ids[:first].tolist()), frozenset(ids[first:].tolist())
-    return (int(kind), frozenset(sides)) if kind == EDGE_EDGE else (int(kind), *sides)
+    place = {key: k for k, key in enumerate(stencil_keys(kinds, ids).tolist())}
+    found = ids[[place[key] for key in stencil_keys(known.kinds, known.ids).tolist()]]
+    same_first_edge = (np.sort(found[:, :2], axis=1) == np.sort(known.ids[:, :2], axis=1)).all(axis=1)
+    turned = (known.kinds == EDGE_EDGE) & ~same_first_edge
+    return found, np.where(turned[:, None], -known.given, known.given)
 
 
 def rms(difference: np.ndarray) -> float:

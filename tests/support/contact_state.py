@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
-from reference_distances import all_stencils, stencil_distances
+from reference_distances import all_stencils, stencil_distances, stencil_keys
 from scipy.spatial.transform import Rotation
 from small_scenes import STILL, fabric, icosphere, layers, rigid_body, sheet
 
@@ -47,16 +47,6 @@ class TwoSurfaces:
         edges = edges[(edges == vertex).any(1)]
         along = x[edges[:, 1]] - x[edges[:, 0]]
         return edges[np.argmin(np.abs(along @ direction) / np.linalg.norm(along, axis=1))]
-
-
-def stencil_keys(kinds: np.ndarray, stencils: np.ndarray) -> np.ndarray:
-    """(S,) int64, the same for a stencil however its triangle's corners, its edges or their ends are ordered."""
-    triangle = np.column_stack([stencils[:, 0], np.sort(stencils[:, 1:], axis=1)])
-    a, b = np.sort(stencils[:, :2], axis=1), np.sort(stencils[:, 2:], axis=1)
-    swap = (a[:, 0] > b[:, 0])[:, None]
-    edges = np.column_stack([np.where(swap, b, a), np.where(swap, a, b)])
-    ids = np.where((kinds == 0)[:, None], triangle, edges).astype(np.int64)
-    return (((kinds * 1000 + ids[:, 0]) * 1000 + ids[:, 1]) * 1000 + ids[:, 2]) * 1000 + ids[:, 3]
 
 
 def which_stencils(surfaces: TwoSurfaces, ids: np.ndarray) -> np.ndarray:

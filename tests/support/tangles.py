@@ -6,7 +6,7 @@ from functools import cached_property
 
 import ipctk
 import numpy as np
-from reference_distances import all_stencils, stencil_distances
+from reference_distances import all_stencils, stencil_distances, stencil_keys
 from small_scenes import STILL, fabric, icosphere, layers, rigid_body
 
 from tryon_solver.scene import BodyContact, Scene, SelfContact
@@ -47,10 +47,15 @@ class Tangle:
         own, body = all_stencils(cloth, cloth), all_stencils(cloth, ball)
         return np.concatenate([own[0], body[0]]), np.vstack([own[1], body[1]])
 
+    @cached_property
+    def keys(self) -> np.ndarray:
+        """(S,) of the stencils, as `candidate_keys`."""
+        return stencil_keys(*self.stencils)
+
     def distances(self, x: np.ndarray, which: np.ndarray | slice = slice(None)) -> np.ndarray:
         """(S,) m, of the stencils picked out by `which`."""
         kinds, ids = self.stencils
-        return stencil_distances(kinds[which], x[ids[which]])[0]
+        return stencil_distances(kinds[which], x.take(ids[which], axis=0))[0]
 
     def is_free(self, x: np.ndarray, moved: np.ndarray) -> bool:
         """Is the straight way free of collisions, by the oracle? (Its own description says the opposite.)"""
@@ -74,17 +79,11 @@ class Tangle:
         self.sim.work.direction.assign(motion.astype(np.float32))
         self.sim.searches = 0
 
-    def candidate_keys(self) -> set[tuple[int, ...]]:
-        """The solver's candidates as keys that don't depend on the order of corners and edges."""
+    def candidates(self) -> tuple[np.ndarray, np.ndarray]:
+        """Kinds (C,) and ids (C, 4) of the solver's candidates."""
         c = self.sim.candidates
-        return set(keys(c.kind.numpy()[: c.size], c.ids.numpy()[: c.size]))
+        return c.kind.numpy()[: c.size], c.ids.numpy()[: c.size]
 
-
-def keys(kinds: np.ndarray, ids: np.ndarray) -> list[tuple[int, ...]]:
-    """One hashable key per stencil."""
-    triangle = np.column_stack([ids[:, 0], np.sort(ids[:, 1:], axis=1)])
-    a, b = np.sort(ids[:, :2], axis=1), np.sort(ids[:, 2:], axis=1)
-    swap = (a[:, 0] > b[:, 0])[:, None]
-    edges = np.column_stack([np.where(swap, b, a), np.where(swap, a, b)])
-    rows = np.column_stack([kinds, np.where((kinds == 0)[:, None], triangle, edges)])
-    return [tuple(row) for row in rows.tolist()]
+    def candidate_keys(self) -> np.ndarray:
+        """The solver's candidates as sorted keys that don't depend on the order of corners and edges, each once."""
+        return np.unique(stencil_keys(*self.candidates()))

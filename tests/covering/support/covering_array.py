@@ -8,6 +8,7 @@ meet is given as parts of rows; a row is filled by trying levels, best first, an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -40,7 +41,8 @@ class Factors:
         known = all(row.get(name) in levels for name, levels in self.levels.items())
         return known and len(row) == len(self.levels) and all(self.allows(row, name) for name in row)
 
-    def pairs(self) -> set[Pair]:
+    @cached_property
+    def pairs(self) -> frozenset[Pair]:
         """Those that some valid row has."""
         found: set[Pair] = set()
         for a, b in combinations(self._names, 2):
@@ -52,7 +54,7 @@ class Factors:
                     row = self.completed({a: first, b: second}, set(), np.random.default_rng(0))
                     if row is not None:
                         found |= set(pairs_of(row, self._names))
-        return found
+        return frozenset(found)
 
     def completed(self, part: Row, wanted: set[Pair], rng: np.random.Generator) -> Row | None:
         """The part filled up to a valid row with many of the `wanted` pairs; None where no row has it."""
@@ -75,15 +77,18 @@ class Factors:
         return False
 
     def _best_first(self, row: Row, name: str, wanted: set[Pair], rng: np.random.Generator) -> list[str]:
-        def gained(level: str) -> int:
-            return sum(self.pair((name, level), item) in wanted for item in row.items())
-
         levels = [str(level) for level in rng.permutation(list(self.levels[name]))]
-        return sorted(levels, key=gained, reverse=True)
+        if not wanted:
+            return levels
+        place = self._place[name]  # a pair is in the factors' order
+        before = [item for item in row.items() if self._place[item[0]] < place]
+        after = [item for item in row.items() if self._place[item[0]] > place]
 
-    def pair(self, a: tuple[str, str], b: tuple[str, str]) -> Pair:
-        """In the factors' order."""
-        return (a, b) if self._place[a[0]] < self._place[b[0]] else (b, a)
+        def gained(level: str) -> int:
+            own = name, level
+            return sum((item, own) in wanted for item in before) + sum((own, item) in wanted for item in after)
+
+        return sorted(levels, key=gained, reverse=True)
 
 
 def pairs_of(row: Row, names: Sequence[str]) -> Iterator[Pair]:
@@ -96,7 +101,7 @@ def covering_array(factors: Factors, seed: int = 0) -> list[Row]:
     """Rows that have every pair that may be had."""
     rng = np.random.default_rng(seed)
     names = list(factors.levels)
-    left = factors.pairs()
+    left = set(factors.pairs)
     rows: list[Row] = []
     while left:
         waiting = sorted(left)

@@ -28,7 +28,7 @@ def page(runs: Mapping[str, Sequence[Result]]) -> str:
 
 def introduction() -> list[str]:
     """What is played and how it is judged."""
-    every = FACTORS.pairs()
+    every = FACTORS.pairs
     return [
         "Scenes of 3 s in which any two variants of any two effects that may meet do meet: a pairwise covering array",
         f"of {len(LEVELS)} factors, {sum(map(len, LEVELS.values()))} levels and {len(every)} pairs (`tests/covering`;",
@@ -73,7 +73,7 @@ def of_run(results: Sequence[Result], seen: Mapping[Any, Result] | None = None) 
     calm = len(results) - len({*map(key, broken), *map(key, named)})
     lines = [f"- {what}: {'; '.join(sorted({r['about'][what] for r in results}))}" for what in ("commit", "machine")]
     lines += [
-        f"- {len(results)} scenes, {len(covered & FACTORS.pairs())} of {len(FACTORS.pairs())} pairs",
+        f"- {len(results)} scenes, {len(covered & FACTORS.pairs)} of {len(FACTORS.pairs)} pairs",
         f"- {judged} frames judged, {two} of them of two garments, {crossing} crossing",
         f"- {free} frames more were looked at in scenes without contact, for speed and stretch alone",
         f"- {len(results) - len(broken)} scenes hold in all, {calm} of them within {NAMED_SPEED:g} m/s and "

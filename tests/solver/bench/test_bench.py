@@ -109,21 +109,29 @@ def test_a_case_that_fails_is_said_to_have_failed(tmp_path):
         ("--motions", "nosuch", "jumping_jack"),
     ],
 )
-def test_an_option_that_can_not_be_is_refused_by_name(tmp_path, option, value, said):
-    ran = bench(tmp_path, option, value)
+def test_an_option_that_can_not_be_is_refused_by_name(command_line, capsys, tmp_path, option, value, said):
+    with pytest.raises(SystemExit) as ended:
+        command_line.main(["--out", str(tmp_path), "--seconds", "0.2", option, value])
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert option in error
+    assert said in error
+
+
+def test_a_process_that_refuses_an_option_ends_with_that_status(tmp_path):
+    ran = bench(tmp_path, "--vertices", "-5")
     assert ran.returncode == 2
-    assert option in ran.stderr
-    assert said in ran.stderr
+    assert "--vertices" in ran.stderr
+    assert "must be 1 or more" in ran.stderr
     assert "Traceback" not in ran.stderr
 
 
-def test_a_file_that_no_run_left_is_refused_by_name(tmp_path):
+def test_a_file_that_no_run_left_is_refused_by_name(command_line, capsys, tmp_path):
     for written in ("# a table", "[1]", "{}"):
         (tmp_path / "other.json").write_text(written)
-        ran = bench(tmp_path, "--document", str(tmp_path / "page.md"), "--of", str(tmp_path / "other.json"))
-        assert ran.returncode == 2
-        assert "other.json is no run's results.json" in ran.stderr
-        assert "Traceback" not in ran.stderr
+        page, other = str(tmp_path / "page.md"), str(tmp_path / "other.json")
+        assert command_line.main(["--out", str(tmp_path), "--document", page, "--of", other]) == 2
+        assert "other.json is no run's results.json" in capsys.readouterr().err
     assert not (tmp_path / "page.md").exists()
 
 

@@ -19,9 +19,9 @@ from plots import plots  # noqa: E402
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def page_of(tmp_path, *places):
-    command = [sys.executable, str(ROOT / "solver" / "bench"), "--document", str(tmp_path / "bench.md"), "--of"]
-    return subprocess.run([*command, *map(str, places)], capture_output=True, text=True, timeout=60)
+def words_for(tmp_path, *places):
+    """On the command line."""
+    return ["--document", str(tmp_path / "bench.md"), "--of", *map(str, places)]
 
 
 def shapes(chart, tag, kind=""):
@@ -37,7 +37,8 @@ def words_of(chart):
 def test_runs_stand_side_by_side_with_their_plots(tmp_path):
     small = kept(tmp_path / "cpu" / "results.json", worn(2500, 90.0), worn(2500, 40.0, "draft"))
     large = kept(tmp_path / "h200.json", worn(10000, 3.0), worn(20000, 4.0), worn(10000, 12.0, sessions=8))
-    ran = page_of(tmp_path, small.parent, large)
+    command = [sys.executable, str(ROOT / "solver" / "bench"), *words_for(tmp_path, small.parent, large)]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert ran.returncode == 0, ran.stderr
     page = (tmp_path / "bench.md").read_text()
     assert page.index("- **cpu**") < page.index("- **h200**")
@@ -51,39 +52,38 @@ def test_runs_stand_side_by_side_with_their_plots(tmp_path):
         ElementTree.parse(tmp_path / picture)
 
 
-def test_plots_of_an_earlier_page_are_gone(tmp_path):
+def test_plots_of_an_earlier_page_are_gone(command_line, tmp_path):
     run = kept(tmp_path / "run.json", worn(2500, 90.0))
     old = tmp_path / "bench" / "vertices-crown-walk.svg"
     old.parent.mkdir()
     old.write_text("<svg/>")
-    assert page_of(tmp_path, run).returncode == 0
+    assert command_line.main(words_for(tmp_path, run)) == 0
     assert not old.exists()
 
 
-def test_a_failed_case_is_told_and_drawn_nowhere(tmp_path):
+def test_a_failed_case_is_told_and_drawn_nowhere(command_line, tmp_path):
     failed = {"name": "crown-walk-150-draft-cpu", "failure": "ended with status 1: no crown"}
     run = kept(tmp_path / "run.json", worn(2500, 90.0), failed)
-    assert page_of(tmp_path, run).returncode == 1
+    assert command_line.main(words_for(tmp_path, run)) == 1
     page = (tmp_path / "bench.md").read_text()
     assert "FAILED: ended with status 1: no crown" in page
     assert "crown" not in (tmp_path / "bench" / "stages-run.svg").read_text()
 
 
 @pytest.mark.parametrize(("names", "said"), [(("none.json",), "none.json is not there"), (("a/x", "b/x"), "called x")])
-def test_runs_that_are_not_there_or_not_told_apart_are_refused(tmp_path, names, said):
+def test_runs_that_are_not_there_or_not_told_apart_are_refused(command_line, capsys, tmp_path, names, said):
     for folder in ("a/x", "b/x"):
         kept(tmp_path / folder / "results.json", worn(2500, 90.0))
-    ran = page_of(tmp_path, *(tmp_path / name for name in names))
-    assert ran.returncode == 2
-    assert said in ran.stderr
+    assert command_line.main(words_for(tmp_path, *(tmp_path / name for name in names))) == 2
+    assert said in capsys.readouterr().err
     assert not (tmp_path / "bench.md").exists()
 
 
-def test_a_page_of_nothing_is_no_command(tmp_path):
-    command = [sys.executable, str(ROOT / "solver" / "bench"), "--document", str(tmp_path / "bench.md")]
-    ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert ran.returncode == 2
-    assert "--of PLACE" in ran.stderr
+def test_a_page_of_nothing_is_no_command(command_line, capsys, tmp_path):
+    with pytest.raises(SystemExit) as ended:
+        command_line.main(["--document", str(tmp_path / "bench.md")])
+    assert ended.value.code == 2
+    assert "--of PLACE" in capsys.readouterr().err
 
 
 def test_lines_are_by_preset_and_run_with_the_headset_across():

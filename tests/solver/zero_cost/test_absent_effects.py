@@ -83,7 +83,10 @@ def test_bare_scene_costs_nothing_optional():
     assert cost["allocations"] < probe(ALL, "steady")["allocations"]
 
 
-@pytest.mark.parametrize("effects", [(), ("Gravity", "StrainLimit", "AirDrag"), ("Gravity", "Friction")])
+FREE = ("Gravity", "StrainLimit", "AirDrag", "FabricDamping")
+
+
+@pytest.mark.parametrize("effects", [(), FREE, ("Gravity", "Friction")])
 def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
     """No module below contact/ is imported, and so a GPU compiles none; what a scene in contact has of them is the
     control."""
@@ -110,7 +113,7 @@ OF_THE_STATE = {
 def test_no_module_that_all_scenes_have_holds_a_kernel_of_contact(touching):
     """A GPU compiles all kernels of what is imported: those that only a scene in contact launches are in modules that a
     scene without contact does not import."""
-    worn, free = probe(touching, "steady"), probe(("Gravity", "StrainLimit", "AirDrag", "FabricDamping"))
+    worn, free = probe(touching, "steady"), probe(FREE)
     more = set(worn["launched"]) - set(free["launched"])
     assert len(more) > 10
     there = {kernel for kernel in more if kernel.rpartition(".")[0] in free["imported"]}
@@ -124,7 +127,7 @@ def test_the_step_imports_nothing_of_the_scheme_it_does_not_run():
 
 def test_cloth_of_one_piece_that_may_touch_no_body_has_nothing_of_flight():
     """What a worn scene has of it is the control."""
-    worn, cost = (parts_of(probe(effects), "stepping.fly") for effects in (ALL, ("Gravity", "SelfContact")))
+    worn, cost = (parts_of(probe(effects, "steady"), "stepping.fly") for effects in (ALL, ("Gravity", "SelfContact")))
     assert worn["imported"]
     assert worn["launched"]
     assert cost == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}
