@@ -16,6 +16,7 @@ help:
 demo: $(VENV)/.runtime $(BODY) $(WEB)
 	$(BIN)/tryon serve
 
+test long: export PYTHONDONTWRITEBYTECODE =  # modules are compiled once, and not by every process that a test begins
 ## make test     run the tests (Python, TypeScript, browser) but the long ones; installs Chromium where it may
 test: $(VENV)/.dev $(BODY) $(WEB) chromium
 	npm test --silent

@@ -285,13 +285,14 @@ def parted(drape):
 @pytest.mark.long
 def test_in_another_order_nothing_that_is_seen_twice_jumps_and_nothing_passes_through_anything(turned):
     """Between two frames that both show it no garment goes farther than cloth that is led may, and as the body does, a
-    quarter more; the two outfits have it 60 mm apart and more."""
+    quarter more; the two outfits have it 60 mm apart and more. The T-shirt, that comes off, goes as the body does until
+    then, 2 mm a frame at most, but for a vertex of a fold that snaps, 10 mm in one frame."""
     worn, other = turned
     far = {name: np.linalg.norm(parted(worn)[name] - place, axis=1).max() for name, place in parted(other).items()}
     assert min(far.values()) > 0.06, "they would jump"
     again = taken_off_for(worn.names, other.names)
     assert again == ("tshirt",)
-    judge, moved, k = judge_of(worn), {"tshirt": [], "skirt": []}, 0
+    judge, moved, nearly_all, k = judge_of(worn), {"tshirt": [], "skirt": []}, {"tshirt": [], "skirt": []}, 0
     now = [worn]
     catching_up = CatchingUp(iter([other]), lambda: now[-1].stance, worn, again)
     for made in catching_up.parts():
@@ -303,11 +304,14 @@ def test_in_another_order_nothing_that_is_seen_twice_jumps_and_nothing_passes_th
             judge = judge_of(made)
         for name, place in parted(now[-1]).items():
             if name in before:
-                moved[name].append(np.linalg.norm(place - before[name], axis=1).max())
+                ways = np.linalg.norm(place - before[name], axis=1)
+                moved[name].append(ways.max())
+                nearly_all[name].append(np.quantile(ways, 0.99))
         assert judge.judge(now[-1].cloth_positions(), now[-1].body_positions()).clean, k
     assert [drape.names for drape in now] == [("tshirt", "skirt"), ("skirt",), ("skirt", "tshirt")]
     assert max(moved["skirt"]) < min(1.25 * FASTEST * STEP, 0.2 * far["skirt"])
-    assert max(moved["tshirt"]) < 0.01, "as it hung until it was off"
+    assert max(moved["tshirt"]) < 1.25 * FASTEST * STEP
+    assert max(nearly_all["tshirt"]) < 0.003, "as it hung until it was off"
 
 
 def test_garments_that_lie_in_another_order_are_not_drawn_through_each_other(both):
