@@ -8,7 +8,7 @@ from typing import Any
 
 from tryon_solver.geometry.pattern import Pattern, parse_pattern
 
-KEPT = 8  # the one worn, the one wanted, and a few that are undone and made again
+KEPT = 12  # the one worn, the one wanted, and a few that are undone and made again, most of them as two
 
 _kept: deque[tuple[Mapping[str, Any], Pattern]] = deque(maxlen=KEPT)
 
@@ -21,3 +21,8 @@ def parsed(specification: Mapping[str, Any]) -> Pattern:
     pattern = parse_pattern(specification)
     _kept.append((specification, pattern))
     return pattern
+
+
+def says_the_same(held: Mapping[str, Any], specification: Mapping[str, Any]) -> None:
+    """`held` stands in the history for this one, and is not parsed anew if that was parsed lately."""
+    _kept.extend([(held, pattern) for known, pattern in tuple(_kept) if known is specification and held is not known])

@@ -5,6 +5,9 @@ from pattern_measures import demo
 
 from tryon_solver.geometry.pattern import PatternError, parse_pattern
 from tryon_solver.redesign import parsed as module
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.edits import Lengthen
+from tryon_solver.redesign.history import History
 from tryon_solver.redesign.parsed import KEPT, parsed
 
 
@@ -18,6 +21,18 @@ def test_it_is_parsed_once(monkeypatch):
         parsed(demo("tshirt"))
     parsed(spec)
     assert len(seen) == KEPT + 2
+
+
+def test_what_an_edit_made_is_parsed_once_though_the_history_holds_it_in_other_words(monkeypatch):
+    seen, history = [], History(demo("tshirt"))
+    monkeypatch.setattr(module, "parse_pattern", lambda given: seen.append(given) or parse_pattern(given))
+    for number in range(1, 4):
+        edit = Lengthen("front", 0, 0.01)
+        made = apply(history.specification, edit).specification
+        history = history.append(edit, made)
+        assert history.specification is not made
+        assert parsed(history.specification) is parsed(made)
+        assert len(seen) == 1 + number, "and what it began with"
 
 
 def test_what_is_alike_is_not_the_same():
