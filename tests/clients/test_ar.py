@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import decode, figure, open_page, wait_for_frames, wait_for_state
+from browser import another_session, decode, figure, open_page, wait_for_frames, wait_for_state
 from studio import ROOT, Studio
 
 from tryon_solver.body import default_body
@@ -156,8 +156,8 @@ def test_a_body_that_moves_by_itself_is_no_body_for_ar_and_the_page_says_so(chro
     page.click("#notice-close")
     assert page.get_attribute("#ar", "aria-pressed") != "true"
     assert page.evaluate("document.getElementById('view').dataset.poses") is None
-    page.locator("#bodies label", has_text="Default").click()
-    wait_for_state(page, "running")
+    with another_session(page):
+        page.locator("#bodies label", has_text="Default").click()
     page.click("#ar")
     page.wait_for_selector("#ar[aria-pressed='true']")
     wait_for_tracking(page, "head and hands")
