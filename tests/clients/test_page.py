@@ -9,7 +9,7 @@ from urllib.request import Request, urlopen
 
 import pytest
 from browser import another_session, open_page, wait_for_frames, wait_for_state
-from dressed_page import as_it_began, ask, session_of
+from dressed_page import as_it_began, ask, opened, session_of
 from studio import pattern
 
 pytestmark = pytest.mark.browser
@@ -18,17 +18,14 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def shared(unseen, studio):
     """The page on one session, for all tests that change nothing for good."""
-    page = open_page(unseen, studio.url)
-    yield page
-    page.context.close()
+    with opened(unseen, studio.url) as page:
+        yield page
 
 
 @pytest.fixture
 def page(shared):
-    """The page as it began. It must run without an uncaught error."""
-    as_it_began(shared)
-    yield shared
-    assert shared.faults == []
+    with as_it_began(shared):
+        yield shared
 
 
 def broken_pattern() -> bytes:

@@ -11,7 +11,7 @@ from urllib.request import Request, urlopen
 import numpy as np
 import pytest
 from browser import figure, open_page, picture, settled_picture, wait_for_frames, wait_for_state
-from dressed_page import as_it_began, ask, session_of
+from dressed_page import as_it_began, ask, opened, session_of
 
 from tryon_client import connect
 
@@ -21,17 +21,14 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def shared(chromium, studio):
     """The page on one session, for all tests that change nothing for good."""
-    page = open_page(chromium, studio.url)
-    yield page
-    page.context.close()
+    with opened(chromium, studio.url) as page:
+        yield page
 
 
 @pytest.fixture
 def page(shared):
-    """The page as it began. It must run without an uncaught error."""
-    as_it_began(shared)
-    yield shared
-    assert shared.faults == []
+    with as_it_began(shared):
+        yield shared
 
 
 def reddish(image: np.ndarray) -> int:

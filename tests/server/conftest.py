@@ -16,3 +16,17 @@ def live(tmp_path_factory):
     server = LiveServer(tmp_path_factory.mktemp("live"))
     yield server
     server.stop()
+
+
+@pytest.fixture
+def held_server(tmp_path):
+    """A server of its own, and the file that holds whatever is dressed there until it is removed."""
+    import held_dressing
+    from live_server import LiveServer
+
+    held = tmp_path / "held"
+    held.touch()
+    server = LiveServer(tmp_path, held_dressing.make_app(tmp_path))
+    yield server, held
+    held.unlink(missing_ok=True)
+    server.stop()

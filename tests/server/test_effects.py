@@ -3,7 +3,6 @@
 import asyncio
 import time
 
-import held_dressing
 import pytest
 from asking import refused
 from live_server import LiveServer
@@ -55,11 +54,9 @@ def test_all_effects_and_their_parameters_are_listed(own_server):
     assert words["self_contact"]["kept"]
 
 
-def test_what_is_asked_while_the_garment_is_put_on_is_kept_and_acts_once_it_is_worn(tmp_path):
+def test_what_is_asked_while_the_garment_is_put_on_is_kept_and_acts_once_it_is_worn(held_server):
     """Dressing takes until all is asked."""
-    held = tmp_path / "held"
-    held.touch()
-    server = LiveServer(tmp_path, held_dressing.make_app(tmp_path))
+    server, held = held_server
     http, session = server.http, server.open()
     path = f"/api/sessions/{session}/effects"
     south = {"velocity": [0, 0, 3]}
@@ -85,7 +82,6 @@ def test_what_is_asked_while_the_garment_is_put_on_is_kept_and_acts_once_it_is_w
     (left,) = http.get(f"/api/sessions/{session}").json()["kept_effects"]
     assert left["name"] == "pressure"
     assert "nonsense" in left["refused"]
-    server.stop()
 
 
 def test_an_effect_is_set_changed_measured_and_removed(own_server, worn):

@@ -6,12 +6,10 @@ import json
 import struct
 import time
 
-import held_dressing
 import numpy as np
 import pytest
 import trimesh
 from asking import refused
-from live_server import LiveServer
 
 from tryon_server.looks.png import png
 from tryon_server.looks.weave import TEXELS
@@ -118,12 +116,7 @@ def test_there_is_no_file_of_a_session_that_is_not(live):
     refused(live.http.get(f"/api/sessions/{ended}/garment.glb"), 409, "session.ended")
 
 
-def test_there_is_no_file_before_the_garment_is_dressed(tmp_path):
-    held = tmp_path / "held"
-    held.touch()
-    server = LiveServer(tmp_path, held_dressing.make_app(tmp_path))
-    session = server.open()
-    problem = refused(server.http.get(f"/api/sessions/{session}/garment.glb"), 409, "session.not_dressed")
+def test_there_is_no_file_before_the_garment_is_dressed(held_server):
+    server, _ = held_server
+    problem = refused(server.http.get(f"/api/sessions/{server.open()}/garment.glb"), 409, "session.not_dressed")
     assert problem["remedy"]
-    held.unlink()
-    server.stop()

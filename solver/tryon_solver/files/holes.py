@@ -6,6 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from tryon_solver.geometry.boundary_loops import boundary_loops
+from tryon_solver.geometry.distinct import ascending, distinct
+from tryon_solver.geometry.seams import face_edges
 from tryon_solver.geometry.surface_repair import crowded_edges
 
 LISTED = 4  # places of edges that are said
@@ -41,9 +43,8 @@ def fill_holes(
 
 def _of_crowded(faces: np.ndarray, x: np.ndarray) -> str:
     """What there is to say of edges with more than two triangles, and of those that are still open."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    unique, counts = np.unique(edges, axis=0, return_counts=True)
-    middles = x[unique[counts > 2]].mean(axis=1)
+    edges, _, _, counts = distinct(ascending(face_edges(faces)))
+    middles = x[edges[counts > 2]].mean(axis=1)
     where = "; ".join(", ".join(f"{c:.2f}" for c in middle) for middle in middles[:LISTED])
     more = " and elsewhere" if len(middles) > LISTED else ""
     said = f"more than two triangles meet at {len(middles)} of its edges (at {where} m{more})"

@@ -36,6 +36,8 @@ from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
 from tryon_solver.files.standing import Stand, find_stand, stands, stands_on_its_head
 from tryon_solver.files.surroundings import refuse_surroundings
+from tryon_solver.geometry.distinct import ascending, distinct
+from tryon_solver.geometry.seams import face_edges
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
     hanging_on_none,
@@ -476,7 +478,7 @@ def _coarser(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[
 
 def _crossings(frames: np.ndarray, faces: np.ndarray) -> list[str]:
     """A note when the body passes through itself in some of its frames."""
-    sides = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    sides = distinct(ascending(face_edges(faces))).rows
     search = CrossingSearch(sides, faces, np.arange(frames.shape[1]), "cpu")
     chosen = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).astype(int))
     crossed = [k for k in chosen if len(search.find(frames[k]))]

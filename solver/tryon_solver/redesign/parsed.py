@@ -25,4 +25,6 @@ def parsed(specification: Mapping[str, Any]) -> Pattern:
 
 def says_the_same(held: Mapping[str, Any], specification: Mapping[str, Any]) -> None:
     """`held` stands in the history for this one, and is not parsed anew if that was parsed lately."""
-    _kept.extend([(held, pattern) for known, pattern in tuple(_kept) if known is specification and held is not known])
+    for known, pattern in tuple(_kept):
+        if known is specification and held is not known:
+            _kept.append((held, pattern))

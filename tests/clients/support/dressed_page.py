@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from urllib.request import urlopen
 
-from browser import wait_for_frames, wait_for_state
-from playwright.sync_api import Page
+from browser import open_page, wait_for_frames, wait_for_state
+from playwright.sync_api import Browser, Page
 from studio import Studio
 
 
-def as_it_began(page: Page) -> None:
-    """Until the garment is worn in cotton, in the fabric's own colour, and moves."""
+@contextmanager
+def opened(browser: Browser, url: str) -> Iterator[Page]:
+    page = open_page(browser, url)
+    yield page
+    page.context.close()
+
+
+@contextmanager
+def as_it_began(page: Page) -> Iterator[None]:
+    """With the garment worn in cotton, in the fabric's own colour, and moving. No error of it may be uncaught."""
     page.wait_for_selector("#play:enabled")
     if page.inner_text("#play-text") == "Play":
         page.click("#play")
@@ -19,6 +29,8 @@ def as_it_began(page: Page) -> None:
     page.locator("#colours label").first.click()
     wait_for_state(page, "running")
     wait_for_frames(page)
+    yield
+    assert page.faults == []
 
 
 def session_of(page: Page) -> str:
