@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 from figures import mean, spread
-from frame_judge import FrameJudge
 from frame_record import FrameRecord
+from judge_apart import JudgeApart
 from together import Company
 from waits import Waits
 from worn import LEAD, Case, put_on
-
-from tryon_solver.simulation import Simulation
 
 MIB = 2**20
 
@@ -27,44 +25,44 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
     """Figures of `seconds` of the motion after the lead into it, or of as many frames as `longest` s of wall time have
     room for, judging included; each `every`-th frame is judged, 0: none.
 
-    What is written of the frames, and the judge's memory, is taken before. All of the company begin at once, and go on
-    until the last one has measured all."""
+    What is written of the frames is taken before, and the judge is a process of its own. All of the company begin at
+    once, and go on until the last one has measured all."""
     at_first = device_memory(case.device)
     begun = time.perf_counter()
     sim, pose = put_on(case)
     wp.synchronize_device(case.device)
     dressing = time.perf_counter() - begun
     start, warm = sim.state.time, round(LEAD * case.fps)
-    judge = judge_of(sim)
     unclean = asked = 0
     since = 0.0
     last = warm + round(seconds * case.fps)
     waits = Waits(case.device)
-    for k in itertools.count(1):
-        if k == warm + 1:
-            judge.judge(sim.cloth_positions(), sim.body_positions())
-            frames = FrameRecord(last - warm, memory(case.device))
-            company.meet("warm")
-            since = time.perf_counter()
-        if k == last + 1:
-            company.pass_by("done")
-        if k > last and company.all_at("done"):
-            break
-        t = k / case.fps
-        stance = pose(t)
-        with waits.counted():
-            begun = time.perf_counter()
-            report = sim.advance(stance, start + t)
-            wp.synchronize_device(case.device)
-            elapsed = 1e3 * (time.perf_counter() - begun)
-        if not warm < k <= last:
-            continue
-        frames.add(elapsed, waits.count, report, memory(case.device))
-        if every and k % every == 0:
-            asked += 1
-            unclean += not judge.judge(sim.cloth_positions(), sim.body_positions()).clean
-        if time.perf_counter() - since > longest:
-            last = k
+    with JudgeApart(sim) as judge:
+        for k in itertools.count(1):
+            if k == warm + 1:
+                judge.finds_clean()  # its process begins here
+                frames = FrameRecord(last - warm, memory(case.device))
+                company.meet("warm")
+                since = time.perf_counter()
+            if k == last + 1:
+                company.pass_by("done")
+            if k > last and company.all_at("done"):
+                break
+            t = k / case.fps
+            stance = pose(t)
+            with waits.counted():
+                begun = time.perf_counter()
+                report = sim.advance(stance, start + t)
+                wp.synchronize_device(case.device)
+                elapsed = 1e3 * (time.perf_counter() - begun)
+            if not warm < k <= last:
+                continue
+            frames.add(elapsed, waits.count, report, memory(case.device))
+            if every and k % every == 0:
+                asked += 1
+                unclean += not judge.finds_clean()
+            if time.perf_counter() - since > longest:
+                last = k
     body = sim.scene.body
     return {
         **case.plain(),
@@ -98,12 +96,6 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
         "growth_late_mib": frames.late_growth(),
         "simulated_over_wall": 1e3 * len(frames) / case.fps / float(frames["time_ms"].sum()),
     }
-
-
-def judge_of(sim: Simulation) -> FrameJudge:
-    """IPC Toolkit, ready for this cloth and this body."""
-    assert sim.scene.body is not None
-    return FrameJudge(sim.scene.garment.faces, sim.scene.body.faces, sim.cloth_positions(), sim.body_positions())
 
 
 def device_memory(device: str) -> float | None:
