@@ -3,7 +3,7 @@ like growth of the solver."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -26,17 +26,18 @@ STAGES = 32  # room for so many; a step has some twenty verbs
 
 class FrameRecord:
     """Room for `frames` frames: of each its time [ms], how often the host waited in it, the report's figures in KEPT,
-    its stages' times [ms], and what is held of each memory after it [MiB]."""
+    its stages' times [ms], and what `held` says is held of each memory after it [MiB]."""
 
-    def __init__(self, frames: int, memories: Mapping[str, float]) -> None:
+    def __init__(self, frames: int, held: Callable[[], Mapping[str, float]]) -> None:
         self._columns = {name: np.full(frames, np.nan) for name in ("time_ms", "waits", *KEPT)}
         self._spare = [np.full(frames, 0.0) for _ in range(STAGES)]  # written: really taken
         self._stages: dict[str, np.ndarray] = {}
-        self._memory = {name: np.full(frames, np.nan) for name in memories}
-        self._before = dict(memories)
+        self._held = held
+        self._memory = {name: np.full(frames, np.nan) for name in held()}
         self._count = 0
+        self._before = dict(held())  # read last: this record's own room is in it
 
-    def add(self, time_ms: float, waits: int, report: StepReport, memories: Mapping[str, float]) -> None:
+    def add(self, time_ms: float, waits: int, report: StepReport) -> None:
         """Keep a frame's figures. IndexError: more stages than there is room for."""
         self._columns["time_ms"][self._count] = time_ms
         self._columns["waits"][self._count] = waits
@@ -46,7 +47,7 @@ class FrameRecord:
             if name not in self._stages:
                 self._stages[name] = self._spare.pop()
             self._stages[name][self._count] = time
-        for name, held in memories.items():
+        for name, held in self._held().items():
             self._memory[name][self._count] = held
         self._count += 1
 

@@ -6,6 +6,7 @@ import itertools
 import resource
 import time
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
         for k in itertools.count(1):
             if k == warm + 1:
                 judge.finds_clean()  # its process begins here
-                frames = FrameRecord(last - warm, memory(case.device))
+                frames = FrameRecord(last - warm, partial(memory, case.device))
                 company.meet("warm")
                 since = time.perf_counter()
             if k == last + 1:
@@ -57,7 +58,7 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
                 elapsed = 1e3 * (time.perf_counter() - begun)
             if not warm < k <= last:
                 continue
-            frames.add(elapsed, waits.count, report, memory(case.device))
+            frames.add(elapsed, waits.count, report)
             if every and k % every == 0:
                 asked += 1
                 unclean += not judge.finds_clean()

@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "solver" / "bench"))
 
 from frame_record import STAGES, FrameRecord  # noqa: E402
+from measure import memory  # noqa: E402
 
 from tryon_solver.results import StepReport  # noqa: E402
 
@@ -38,9 +39,11 @@ def report(k, **times):
 
 def filled(count, room=10):
     """`count` frames, after each of which 2 MiB more are held of the one memory and 0.5 of the other."""
-    record = FrameRecord(room, {"process": 50.0, "device": 7.0})
+    held = {"process": 50.0, "device": 7.0}
+    record = FrameRecord(room, lambda: held)
     for k in range(count):
-        record.add(10.0 + k, k, report(k, move_body=1.0 + k), {"process": 52.0 + 2 * k, "device": 7.5 + 0.5 * k})
+        held.update(process=52.0 + 2 * k, device=7.5 + 0.5 * k)
+        record.add(10.0 + k, k, report(k, move_body=1.0 + k))
     return record
 
 
@@ -56,7 +59,7 @@ def test_figures_come_back_frame_by_frame():
 
 def test_a_stage_that_comes_later_took_no_time_before():
     record = filled(2)
-    record.add(12.0, 0, report(2, move_body=3.0, verify_commit=0.5), {"process": 56.0, "device": 8.5})
+    record.add(12.0, 0, report(2, move_body=3.0, verify_commit=0.5))
     assert record.stages()["verify_commit"].tolist() == [0, 0, 0.5]
 
 
@@ -77,14 +80,21 @@ def test_a_frame_alone_has_no_second_half():
 def test_keeping_frames_takes_no_memory():
     """As the bench tells the growth of who is measured, whatever stages come and go."""
     frames = 20_000
-    record = FrameRecord(frames, {"process": 0.0})
+    record = FrameRecord(frames, lambda: {"process": 0.0})
     tracemalloc.start()
     try:
         before = tracemalloc.get_traced_memory()[0]
         for k in range(frames):
-            record.add(1.0, 2, report(k % 7, **{f"stage_{k * STAGES // frames}": 1.0}), {"process": 1.0})
+            record.add(1.0, 2, report(k % 7, **{f"stage_{k * STAGES // frames}": 1.0}))
         grown = tracemalloc.get_traced_memory()[0] - before
     finally:
         tracemalloc.stop()
     assert len(record.stages()) == STAGES
     assert grown < 64 * 1024  # a column alone has 160,000 bytes
+
+
+def test_the_record_itself_is_no_growth():
+    """Of what the process really holds, of which it takes 73 MB here."""
+    record = FrameRecord(200_000, lambda: memory("cpu"))
+    record.add(1.0, 2, report(0, move_body=1.0))
+    assert abs(record.growth()["process"]) < 8
