@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A run of README.md's table: scripts/bench_runs.sh NAME [OPTION...], into build/bench/NAME. Those in docs/bench/runs were
-# played so, but for `soak`, which had each 101st frame judged, and `peers`, which are of several runs of 2.4 s.
+# played so, some with --longest.
 # Options of solver/bench behind the name come last and win: --vertices 300 --seconds 1; DEVICE=cpu is another device.
 # To keep what came of it: cp build/bench/NAME/results.json docs/bench/runs/h200-NAME.json; make bench-page.
 # CLIPS=FOLDER has the captured clips wash_self_02_10.bvh and cartwheel_49_08.bvh for `minute` and `dress`. `sessions`
