@@ -2,7 +2,8 @@
 # A run of README.md's table: scripts/bench_runs.sh NAME [OPTION...], into build/bench/NAME. Those in docs/bench/runs were
 # played so, some with --longest.
 # Options of solver/bench behind the name come last and win: --vertices 300 --seconds 1; DEVICE=cpu is another device.
-# To keep what came of it: cp build/bench/NAME/results.json docs/bench/runs/h200-NAME.json; make bench-page.
+# To keep what came of it: cp build/bench/NAME/results.json docs/bench/runs/NEW.json, a name that none has there yet, and
+# make bench-page.
 # CLIPS=FOLDER has the captured clips wash_self_02_10.bvh and cartwheel_49_08.bvh for `minute` and `dress`. `sessions`
 # and `sessions-x32` are meant for CUDA's Multi-Process Service (README.md); `peers` needs the packages of [peers] and
 # [peers-gpu] in pyproject.toml.
@@ -23,7 +24,7 @@ case $name in
     sessions-x32) options=(--vertices 10000 --sessions 32 --fps 30 --seconds 3 --every 31) ;;
     soak) options=(--vertices 10000 --seconds 1111.2 --every 100) ;;
     start) options=(--vertices 20000 --seconds 1 --start) ;;
-    roofline) options=(--vertices 20000 --seconds 0.5 --roofline) ;;
+    roofline) options=(--vertices 20000 --seconds 0.5 --every 61 --roofline) ;;
     peers) options=(--garments --peers uipc style3d style3d-4 xpbd vbd --presets draft live --vertices 10000 --seconds 3.2) ;;
     *)
         echo "no run is called '$name'; there are: $NAMES" >&2

@@ -9,6 +9,11 @@ import peer_table
 import roofline_table
 import starting_table
 
+SAID = (
+    "The smallest gap is the distance of the nearest pair of surfaces less its offset, which is the fabric's "
+    "thickness, and half of it on skin: below 0 they are nearer than that, and apart."
+)
+
 COLUMNS = (
     "case",
     "vertices",
@@ -19,7 +24,7 @@ COLUMNS = (
     "Newton p50 / max",
     "pairs p50 / max",
     "sub-steps: frames",
-    "smallest gap [mm]",
+    "smallest gap beyond the offset [mm]",
     "stretch",
     "lag [mm]",
     "void",
@@ -36,7 +41,7 @@ def markdown(run: Mapping[str, Any]) -> str:
     results = run["results"]
     lines = ["# Time of a frame", "", *(f"- {name}: {value}" for name, value in run["about"].items()), ""]
     if results:
-        lines += [*figures_of(results), "", "## Stages", *stages_of(results)]
+        lines += [SAID, "", *figures_of(results), "", "## Stages", *stages_of(results)]
     if run["peers"]:
         lines += ["", "## Other solvers", "", *peer_table.section(run["peers"])]
     if run["roofline"]:

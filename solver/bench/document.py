@@ -10,7 +10,7 @@ from typing import Any
 import peer_table
 import roofline_table
 import starting_table
-from bench_table import figures_of, stages_of
+from bench_table import SAID, figures_of, stages_of
 from plots import plots
 
 RESULTS = "results.json"  # what a run leaves
@@ -61,7 +61,7 @@ def write(page: Path, runs: Sequence[Mapping[str, Any]]) -> None:
 
 def document(runs: Sequence[Mapping[str, Any]], pictures: Mapping[str, str]) -> str:
     """The page; `pictures` by their places, seen from it, with their titles."""
-    lines = ["# Bench", "", "Written by `make bench-page` of what `make bench` left.", ""]
+    lines = ["# Bench", "", "Written by `make bench-page` of what `make bench` left.", "", SAID, ""]
     for run in runs:
         lines += [f"- **{run['name']}**", *(f"  - {name}: {value}" for name, value in run["about"].items())]
     lines.append("")

@@ -63,8 +63,8 @@ class FrameRecord:
         return {name: times[: self._count] for name, times in self._stages.items()}
 
     def growth(self) -> dict[str, float]:
-        """How much more of each memory is held after the last frame than before the first [MiB]."""
-        return {name: float(held[self._count - 1]) - self._before[name] for name, held in self._memory.items()}
+        """How much more of each memory is held now than before the first frame [MiB]."""
+        return {name: held - self._before[name] for name, held in self._held().items()}
 
     def late_growth(self) -> dict[str, float]:
         """The same of the second half of the frames that were played; nothing of fewer than two."""

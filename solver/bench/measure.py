@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import itertools
 import resource
 import time
@@ -42,6 +44,7 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
         for k in itertools.count(1):
             if k == warm + 1:
                 judge.finds_clean()  # its process begins here
+                give_back_freed()
                 frames = FrameRecord(last - warm, partial(memory, case.device))
                 company.meet("warm")
                 since = time.perf_counter()
@@ -64,6 +67,7 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
                 unclean += not judge.finds_clean()
             if time.perf_counter() - since > longest:
                 last = k
+    give_back_freed()
     body = sim.scene.body
     return {
         **case.plain(),
@@ -109,6 +113,13 @@ def device_memory(device: str) -> float | None:
 def device_memory_at_most(device: str) -> float:
     """The most that it has held [MiB], dressing included."""
     return float(wp.get_mempool_used_mem_high(device)) / MIB
+
+
+def give_back_freed() -> None:
+    """What is freed goes back to the machine where the allocator can (glibc): in it growth hides, or it is some."""
+    gc.collect()
+    if give_back := getattr(ctypes.CDLL(None), "malloc_trim", None):
+        give_back(0)
 
 
 def memory(device: str) -> dict[str, float]:

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "solver" / "bench"))
 
 from frame_record import STAGES, FrameRecord  # noqa: E402
-from measure import memory  # noqa: E402
+from measure import give_back_freed, memory  # noqa: E402
 
 from tryon_solver.results import StepReport  # noqa: E402
 
@@ -98,3 +98,20 @@ def test_the_record_itself_is_no_growth():
     record = FrameRecord(200_000, lambda: memory("cpu"))
     record.add(1.0, 2, report(0, move_body=1.0))
     assert abs(record.growth()["process"]) < 8
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="what a process holds is read from /proc")
+def test_growth_is_found_where_memory_was_free():
+    """An allocator keeps what is freed, in which 40 MB of growth would have room."""
+    freed = [bytes(4096) for _ in range(15_000)]
+    above = bytes(4096)  # so that the heap doesn't shrink by itself
+    del freed
+    give_back_freed()
+    record = FrameRecord(10, lambda: memory("cpu"))
+    grown = [bytearray(4096) for _ in range(10_000)]
+    record.add(1.0, 2, report(0, move_body=1.0))
+    give_back_freed()
+    assert 35 < record.growth()["process"] < 50
+    del grown, above
+    give_back_freed()
+    assert record.growth()["process"] < 8
