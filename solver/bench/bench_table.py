@@ -93,16 +93,18 @@ def row(result: Mapping[str, Any]) -> str:
         f"{r['unclean']} of {r['asked']}",
         waits(r),
         "–" if r["memory_mib"] is None else f"{r['memory_mib']:.0f}" + at_most(r),
-        ", ".join(f"{name} {growth:.1f}" + late(r, name) for name, growth in r["growth_mib"].items()),
+        ", ".join(f"{name} {growth:.1f}" + told_of(r, name) for name, growth in r["growth_mib"].items()),
         f"{r['dressing_s']:.1f}",
     )
     return "| " + " | ".join(str(cell) for cell in cells) + " |"
 
 
-def late(result: Mapping[str, Any], name: str) -> str:
-    """Of a memory's growth what came in the second half of the frames, where the run tells it; older ones do not."""
-    growth = result.get("growth_late_mib", {})
-    return f" ({growth[name]:.1f} late)" if name in growth else ""
+def told_of(result: Mapping[str, Any], name: str) -> str:
+    """Of a memory's growth how much it was at most, and what came in the second half of the frames; older runs do not
+    tell the one or both."""
+    told = (("growth_most_mib", "at most"), ("growth_late_mib", "late"))
+    parts = [f"{result[key][name]:.1f} {word}" for key, word in told if name in result.get(key, {})]
+    return f" ({', '.join(parts)})" if parts else ""
 
 
 def behind(result: Mapping[str, Any]) -> str:

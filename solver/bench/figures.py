@@ -35,7 +35,7 @@ def of_all(sessions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         **{name: max(s[name] for s in sessions) for name in largest},
         **{name: sum(s[name] for s in sessions) for name in ("frames", "behind", "void", "late", "asked", "unclean")},
         **{key: total([s[key] for s in sessions]) for key in ("memory_mib", "memory_at_most_mib")},
-        **{key: added([s[key] for s in sessions]) for key in ("growth_mib", "growth_late_mib")},
+        **{key: added([s[key] for s in sessions]) for key in ("growth_mib", "growth_most_mib", "growth_late_mib")},
         "simulated_over_wall": min(s["simulated_over_wall"] for s in sessions),
     }
 

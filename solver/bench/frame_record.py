@@ -66,6 +66,10 @@ class FrameRecord:
         """How much more of each memory is held now than before the first frame [MiB]."""
         return {name: held - self._before[name] for name, held in self._held().items()}
 
+    def most_growth(self) -> dict[str, float]:
+        """How much more was held after any frame, at most [MiB], what was freed and the allocator keeps among it."""
+        return {name: float(held[: self._count].max()) - self._before[name] for name, held in self._memory.items()}
+
     def late_growth(self) -> dict[str, float]:
         """The same of the second half of the frames that were played; nothing of fewer than two."""
         if self._count < 2:

@@ -98,6 +98,7 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
         "memory_mib": None if at_first is None else (device_memory(case.device) or 0.0) - at_first,
         "memory_at_most_mib": None if at_first is None else device_memory_at_most(case.device) - at_first,
         "growth_mib": frames.growth(),
+        "growth_most_mib": frames.most_growth(),
         "growth_late_mib": frames.late_growth(),
         "simulated_over_wall": 1e3 * len(frames) / case.fps / float(frames["time_ms"].sum()),
     }

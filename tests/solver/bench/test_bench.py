@@ -44,6 +44,7 @@ def test_a_case_is_measured_frame_by_frame(measured):
     assert result["pairs"]["p50"] > 0
     assert 0 <= result["behind"] <= 6
     assert set(result["growth_mib"]) == set(result["growth_late_mib"]) == {"process"}
+    assert set(result["growth_most_mib"]) == {"process"}
     assert result["waits"] is None  # a processor waits for nobody
 
 
@@ -52,6 +53,7 @@ def test_the_table_has_the_case_and_its_stages(measured):
     assert f"| {results['results'][0]['name']} |" in table
     assert "0 of 3" in table
     assert "| correct_penetration |" in table
+    assert " at most, " in table  # of the process's growth
 
 
 @pytest.mark.long

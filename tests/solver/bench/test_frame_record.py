@@ -72,6 +72,16 @@ def test_growth_is_that_of_the_frames_that_were_played(played):
     assert record.late_growth() == {"process": 2.0 * late, "device": 0.5 * late}
 
 
+def test_what_was_held_at_most_is_told_though_it_is_gone():
+    held = {"process": 50.0}
+    record = FrameRecord(3, lambda: held)
+    for k, most in enumerate((51.0, 177.0, 40.0)):
+        held["process"] = most
+        record.add(10.0, 0, report(k))
+    assert record.most_growth() == {"process": 127.0}
+    assert record.growth() == {"process": -10.0}
+
+
 def test_a_frame_alone_has_no_second_half():
     assert filled(1).growth() == {"process": 2.0, "device": 0.5}
     assert filled(1).late_growth() == {}
