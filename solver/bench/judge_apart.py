@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from types import TracebackType
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,26 +18,16 @@ if TYPE_CHECKING:  # neither is needed where the other is
 _judge: FrameJudge
 
 
-class JudgeApart:
-    """Asked of one simulation's frames, while it waits for the verdict; its process ends with the `with` block."""
-
-    def __init__(self, sim: Simulation) -> None:
-        assert sim.scene.body is not None
-        self._sim = sim
-        shapes = (sim.scene.garment.faces, sim.scene.body.faces, sim.cloth_positions(), sim.body_positions())
-        # spawned, not forked: a process that has used CUDA can't be
-        apart = multiprocessing.get_context("spawn")
-        self._judge = ProcessPoolExecutor(1, mp_context=apart, initializer=_prepare, initargs=shapes)
-
-    def __enter__(self) -> JudgeApart:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._judge.shutdown()
-
-    def finds_clean(self) -> bool:
-        """Does nothing in the simulation's present frame cross, and is nothing inside the body?"""
-        return self._judge.submit(_clean, self._sim.cloth_positions(), self._sim.body_positions()).result()
+@contextmanager
+def judge_apart(sim: Simulation) -> Iterator[Callable[[], bool]]:
+    """Who says whether in the simulation's present frame nothing crosses and nothing is inside the body; the simulation
+    waits for it."""
+    assert sim.scene.body is not None
+    shapes = (sim.scene.garment.faces, sim.scene.body.faces, sim.cloth_positions(), sim.body_positions())
+    # spawned, not forked: a process that has used CUDA can't be
+    apart = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=apart, initializer=_prepare, initargs=shapes) as judge:
+        yield lambda: judge.submit(_clean, sim.cloth_positions(), sim.body_positions()).result()
 
 
 def _prepare(cloth_faces: np.ndarray, body_faces: np.ndarray, cloth: np.ndarray, body: np.ndarray) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 import warp as wp
 from figures import mean, spread
 from frame_record import FrameRecord
-from judge_apart import JudgeApart
+from judge_apart import judge_apart
 from together import Company
 from waits import Waits
 from worn import LEAD, Case, put_on
@@ -40,10 +40,10 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
     since = 0.0
     last = warm + round(seconds * case.fps)
     waits = Waits(case.device)
-    with JudgeApart(sim) as judge:
+    with judge_apart(sim) as is_clean:
         for k in itertools.count(1):
             if k == warm + 1:
-                judge.finds_clean()  # its process begins here
+                is_clean()  # its process begins here
                 give_back_freed()
                 frames = FrameRecord(last - warm, partial(memory, case.device))
                 company.meet("warm")
@@ -64,7 +64,7 @@ def measured(case: Case, seconds: float, every: int, longest: float, company: Co
             frames.add(elapsed, waits.count, report)
             if every and k % every == 0:
                 asked += 1
-                unclean += not judge.finds_clean()
+                unclean += not is_clean()
             if time.perf_counter() - since > longest:
                 last = k
     give_back_freed()

@@ -12,7 +12,7 @@ from typing import Any
 
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import Edit
-from tryon_solver.redesign.parsed import says_the_same
+from tryon_solver.redesign.parsed import keep_also_for
 
 UNDO_MAX = 1000  # edits that can be undone: all of them are told to clients with every change, 31 bytes each
 
@@ -52,7 +52,7 @@ class History:
     def append(self, edit: Edit, specification: Mapping[str, Any]) -> History:
         """With one edit more, and what it made. What was undone before can't be redone any more."""
         held = _held_once(specification, self.specification)
-        says_the_same(held, specification)
+        keep_also_for(held, specification)
         done = (*self.done, Entry(self.next_id, edit, held))
         forgotten = done[: max(0, len(done) - UNDO_MAX)]
         beginning = forgotten[-1].specification if forgotten else self.beginning

@@ -23,8 +23,8 @@ def parsed(specification: Mapping[str, Any]) -> Pattern:
     return pattern
 
 
-def says_the_same(held: Mapping[str, Any], specification: Mapping[str, Any]) -> None:
-    """`held` stands in the history for this one, and is not parsed anew if that was parsed lately."""
+def keep_also_for(held: Mapping[str, Any], specification: Mapping[str, Any]) -> None:
+    """What was parsed of this one lately is kept for `held`, too, which stands for it in the history."""
     for known, pattern in tuple(_kept):
         if known is specification and held is not known:
             _kept.append((held, pattern))

@@ -15,6 +15,10 @@ from measure import give_back_freed, memory  # noqa: E402
 
 from tryon_solver.results import StepReport  # noqa: E402
 
+READ_FROM_PROC = pytest.mark.skipif(
+    not Path("/proc/self/statm").exists(), reason="what a process holds is read from /proc"
+)
+
 
 def report(k, **times):
     """Of frame k, each figure another."""
@@ -103,6 +107,7 @@ def test_keeping_frames_takes_no_memory():
     assert grown < 64 * 1024  # a column alone has 160,000 bytes
 
 
+@READ_FROM_PROC
 def test_the_record_itself_is_no_growth():
     """Of what the process really holds, of which it takes 73 MB here."""
     record = FrameRecord(200_000, lambda: memory("cpu"))
@@ -110,7 +115,7 @@ def test_the_record_itself_is_no_growth():
     assert abs(record.growth()["process"]) < 8
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="what a process holds is read from /proc")
+@READ_FROM_PROC
 def test_growth_is_found_where_memory_was_free():
     """An allocator keeps what is freed, in which 40 MB of growth would have room."""
     freed = [bytes(4096) for _ in range(15_000)]

@@ -11,7 +11,7 @@ import trimesh
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "solver" / "bench"))
 
-from judge_apart import JudgeApart  # noqa: E402
+from judge_apart import judge_apart  # noqa: E402
 
 BODY = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
 CLOTH = trimesh.creation.icosphere(subdivisions=2, radius=0.11)
@@ -42,7 +42,7 @@ def within_the_body(cloth):
 
 def through_itself(cloth):
     near = np.argsort(np.linalg.norm(cloth - cloth[0], axis=1))
-    cloth[0] = 1.05 * cloth[near[10]]  # above another triangle: its own dip through that, and are far from the body
+    cloth[0] = 1.05 * cloth[near[10]]  # beyond its neighbours' triangles, which its own cut; far from the body
 
 
 def not_a_number(cloth):
@@ -51,18 +51,18 @@ def not_a_number(cloth):
 
 def test_present_frames_are_judged_as_they_come():
     worn = Worn()
-    with JudgeApart(worn) as judge:
-        assert judge.finds_clean()
+    with judge_apart(worn) as is_clean:
+        assert is_clean()
         for harm in (through_the_body, within_the_body, through_itself, not_a_number):
             worn.cloth = np.array(CLOTH.vertices, np.float32)
             harm(worn.cloth)
-            assert not judge.finds_clean(), harm.__name__
+            assert not is_clean(), harm.__name__
         worn.cloth = np.array(CLOTH.vertices, np.float32)
-        assert judge.finds_clean()
+        assert is_clean()
 
 
 def test_a_judge_that_dies_is_told_of():
     worn = Worn()
     worn.cloth = worn.cloth[:-1]  # fewer than there are in the faces: IPC Toolkit is not ready for that
-    with JudgeApart(worn) as judge, pytest.raises(Exception, match=r"terminated|index|out of bounds"):
-        judge.finds_clean()
+    with judge_apart(worn) as is_clean, pytest.raises(Exception, match=r"terminated|index|out of bounds"):
+        is_clean()
